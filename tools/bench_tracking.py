@@ -18,9 +18,9 @@ from palpate.surface.pose import to_camera, to_object
 from palpate.surface.tracked import Tracked
 from scipy.spatial import Delaunay
 from settings import full
-from thesis.accuracy.tracking import accuracy_rows, untracked
 from thesis.tracker.capture import track_capture
 from trimesh.registration import nricp_amberg, nricp_sumner
+from validation.tracking import accuracy_row, untracked
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "workflow"), str(ROOT / "tests/surface")]
@@ -98,7 +98,7 @@ def _mesh_of(points_m: NDArray, normals: NDArray) -> trimesh.Trimesh:
 
 
 def _deepest(scene: Dented, tracked: Tracked) -> dict:
-    return accuracy_rows(scene.truth, tracked)[0]
+    return accuracy_row(scene.truth, tracked)
 
 
 def _error(scene: Dented, tracked: Tracked) -> float:

@@ -29,9 +29,10 @@ from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.rig import ProbeUncertainty
 from palpate.modulus import LABELS, columns
-from palpate.report.moduli_table import accuracy_table, direct_rows
+from palpate.report.estimate_rows import direct_rows
 from palpate.workflow.digest import pins
 from palpate.workflow.estimate_inputs import read_indentations
+from validation.estimates import accuracy_table
 
 ROOT = Path(__file__).resolve().parents[1]
 RUN, RECORD = ROOT / "results/truth", ROOT / "tests/truth/record.csv"
@@ -166,7 +167,7 @@ def record_of(folder: Path, change: Changed | None = None) -> pd.DataFrame:
         groups.append(group)
         joints.append(joint)
         materials[group["object"]] = material
-    rows = direct_rows(captures, singles, groups, joints)
+    rows = pd.DataFrame(direct_rows(captures, singles, groups, joints))
     rows.loc[rows["recommended"], f"known_{KNOWN}"] = known
     return accuracy_table(rows, materials).reindex(columns=KEPT).apply(_rounded)
 

@@ -8,10 +8,10 @@ import sys
 import pandas as pd
 import pytest
 from palpate.modulus import LABELS
-from palpate.report.moduli_table import truth_of
 from quoted import DOCUMENTS, MARK, rows_of
 from thesis.artefacts import ARTEFACTS
 from truth_gate import estimates_of_known, scaled
+from validation.measured import truth_of
 
 pytestmark = pytest.mark.cut
 OWN_OBJECTS = "for people's own objects: tests/workflow/test_own_object.py runs them"

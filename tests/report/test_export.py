@@ -9,7 +9,7 @@ import pytest
 from palpate.__main__ import main
 from palpate.modulus import LABELS
 from palpate.report import tables
-from palpate.report.moduli_table import direct_rows
+from palpate.report.estimate_rows import direct_rows, summary
 
 SENSOR = {"object": "sponge", "sensor": "kinect", "provenance": "own"}
 RELAXATION = {"times_s": [0.2, 1.0], "fractions": [0.02, 0.0]}
@@ -39,14 +39,12 @@ def estimate(**changed):
 def write(folder, *found, sensors=("kinect",)):
     """Results of a run: estimates, and the summary that the workflow's own tables make of them."""
     groups = [SENSOR | {"sensor": name} for name in sensors]
-    empty = pd.DataFrame(columns=["error"])
-    rows = direct_rows([], [], groups, found)
-    summary = tables.summary(pd.DataFrame(), empty, empty, rows, pd.DataFrame())
+    rows = summary([*direct_rows([], [], groups, found)])
     for name, one in zip(sensors, found, strict=True):
         path = folder / "results/sponge" / name / "direct.json"
         path.parent.mkdir(parents=True)
         path.write_text(json.dumps(one))
-    tables.rounded(summary).to_csv(folder / "results/sponge/summary.csv", index=False)
+    tables.rounded(rows).to_csv(folder / "results/sponge/summary.csv", index=False)
 
 
 @pytest.fixture

@@ -46,7 +46,7 @@ def summary():
 
 def compared(published, tables, true=None, **more):
     ours = comparison.our_numbers(tables, **more)
-    return comparison.comparison(printed.numbers(published), ours, true or {})
+    return comparison.comparison(printed.published_numbers(published), ours, true or {})
 
 
 def one(table, **wanted):
@@ -57,7 +57,7 @@ def one(table, **wanted):
 
 
 def test_each_printed_number_has_its_row(published):
-    rows = printed.numbers(published)
+    rows = printed.published_numbers(published)
     counts = rows["artefact"].value_counts()
     assert {name: counts[name] for name in PRINTED} == PRINTED
     assert not rows.duplicated(printed.KEYS).any()
@@ -66,7 +66,7 @@ def test_each_printed_number_has_its_row(published):
 
 def test_a_run_without_captures_keeps_all_printed_numbers(published):
     table = compared(published, {})
-    assert len(table) == len(printed.numbers(published))
+    assert len(table) == len(printed.published_numbers(published))
     assert table["ours"].isna().all()
     assert (table["provenance"] == "").all()
 

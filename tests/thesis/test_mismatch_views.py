@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import trimesh
 from palpate.report import style
-from palpate.report.surface_figures import Mismatch
 from palpate.report.views import View
 from thesis.chapter5 import minimisation_figures as figures
 from thesis.chapter5 import mismatch_views
@@ -19,7 +18,7 @@ def ball():
     nodes = np.vstack([sphere.vertices, [[0, 0, 0]]])
     mismatch = np.where(nodes[:, 1] > 0, 2e-3, 5e-4)
     mismatch[-1] = 0
-    return Mismatch(nodes, sphere.faces, mismatch, np.array([0, 0, 0.06]))
+    return mismatch_views.Mismatch(nodes, sphere.faces, mismatch, np.array([0, 0, 0.06]))
 
 
 @pytest.mark.long

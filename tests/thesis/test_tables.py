@@ -1,11 +1,13 @@
 """Tables beside the published values, and figures that are the same bytes each time."""
 
-import numpy as np
 import pandas as pd
 import pytest
-from palpate.report import hertz_tables, style, tables
+from palpate.report import style, tables
+from palpate.report.estimate_rows import summary
+from thesis import published
 from thesis.chapter5 import minimisation_figures as figures
 from thesis.chapter5 import moduli_tables
+from thesis.minimum_rows import least_squares_rows, minimum_rows
 
 CAPTURES = [
     {"object": "foam_block", "sensor": s, "capture": c, "point": c[:2], "provenance": p}
@@ -15,36 +17,6 @@ CAPTURES = [
         ("bumblebee", "08", "recorded"),
     )
 ]
-
-
-def model(indenter, contact, modulus):
-    return {
-        "indenter": indenter,
-        "support": "half_space",
-        "contact": contact,
-        "relaxation": "none",
-        "reduced_modulus_pa": modulus,
-        "reduced_modulus_interval_pa": [modulus - 500, modulus + 500],
-    }
-
-
-def fit(modulus):
-    return {
-        "radius_m": 0.00622,
-        "range": {"first_frame": 2, "last_frame": 5},
-        "samples": {
-            "depth_m": [-0.002, -0.001, 0.001, 0.003, 0.005, 0.007, 0.007],
-            "force_n": [0.0, 0.01, 0.1, 0.5, 1.0, 1.7, 1.6],
-        },
-        "study": {"reduced_modulus_pa": modulus, "rms_n": 0.02},
-        "models": [model("parabola", "known", modulus), model("sneddon", "free", modulus + 200)],
-        "recommended": model("sneddon", "free", modulus + 200) | {"doubts": []},
-        "free_contact": {
-            "reduced_modulus_pa": modulus + 100,
-            "reduced_modulus_interval_pa": [modulus - 1000, modulus + 1200],
-            "contact_depth_m": 1e-4,
-        },
-    }
 
 
 def minimum(E, nu):
@@ -82,11 +54,6 @@ def minimum(E, nu):
 
 
 @pytest.fixture
-def hertz():
-    return hertz_tables.hertz_table(CAPTURES, [fit(25000.4), fit(24000.0), fit(26000.0)])
-
-
-@pytest.fixture
 def found():
     keys = [(c["object"], c["sensor"], c["capture"], "displacement") for c in CAPTURES]
     return {key: minimum(20000.0, 0.25) for key in keys}
@@ -94,22 +61,7 @@ def found():
 
 @pytest.fixture
 def minima(found):
-    return tables.minimum_table(CAPTURES, found)
-
-
-@pytest.fixture
-def squares(found):
-    return tables.least_squares_table(CAPTURES, found)
-
-
-def test_table_5_2(hertz, root):
-    published = pd.read_csv(root / "config/published/table_5_2.csv")
-    table = tables.rounded(hertz_tables.table_5_2(hertz, published, block="foam_block"))
-    assert table["sensor"].tolist() == ["bumblebee", "kinect"]
-    assert table["published_reduced_modulus_pa"].tolist() == [31100, 35500]
-    assert table["reduced_modulus_pa"].tolist() == [26000, 25000]
-    assert table[["row", "column"]].iloc[0].tolist() == [2, 3]
-    assert hertz_tables.table_5_2(hertz, published, block="another").empty
+    return pd.DataFrame(minimum_rows(CAPTURES, found))
 
 
 def test_table_5_3(minima, root):
@@ -146,60 +98,14 @@ def test_a_minimum_at_a_bound_says_so(minima, read):
     assert "at a bound" not in tables.to_markdown(minima, title="Minima", notes=[]).lower()
 
 
-def test_accuracy_of_a_minimum_at_a_bound_says_so():
-    from thesis.accuracy.capture import _moduli
-
-    material = {"youngs_modulus_pa": 2e4, "poisson_ratio": 0.3, "reduced_modulus_pa": 2.2e4}
-    results = {"hertz": fit(25000.0), "minima": {"displacement": minimum(1e8, 0.0)}}
-    results["minima"]["displacement"]["at_bound"] = True
-    text = tables.to_markdown(pd.DataFrame(_moduli(material, results)), title="", notes=[])
-    assert text.count("(at a bound)") == 3 and "| 100000000 (at a bound) |" in text
-
-
-def test_summary_has_a_row_for_each_method(hertz, minima, squares):
-    summary = tables.summary(hertz, minima, squares, pd.DataFrame(), pd.DataFrame())
-    assert len(summary) == 5 * len(CAPTURES)
-    assert summary.groupby("capture").size().to_dict() == {"08": 10, "11-a03": 5}
-    searched = summary[summary["method"] == "minimise_displacement"]
-    assert (searched["poisson_ratio_verdict"] == "bounded").all()
-    derived = summary[summary["method"] == "least_squares_displacement"]
-    assert (derived["youngs_modulus_std_pa"] == 300).all()
-
-
 def test_what_is_not_judged_stays_blank(found):
     for minimum in found.values():
         minimum["profile"] |= {"interval": None, "verdict": "not judged"}
         for fit in minimum["least_squares"].values():
             fit |= {"youngs_modulus_std_pa": None, "poisson_ratio_std": None}
-    table = tables.rounded(tables.minimum_table(CAPTURES, found))
+    table = tables.rounded(pd.DataFrame(minimum_rows(CAPTURES, found)))
     assert (table["poisson_ratio_verdict"] == "not judged").all()
     assert table[["poisson_ratio_low", "youngs_modulus_std_pa"]].isna().all(axis=None)
-
-
-def test_summary_of_a_run_that_minimises_nothing(hertz):
-    searched = (make(CAPTURES, {}) for make in (tables.minimum_table, tables.least_squares_table))
-    summary = tables.summary(hertz, *searched, pd.DataFrame(), pd.DataFrame())
-    assert set(summary["method"]) == {"hertz", "hertz_free_contact", "hertz_recommended"}
-    assert summary["youngs_modulus_pa"].isna().all()
-
-
-def test_a_hertz_fit_with_doubts_is_not_judged():
-    doubtful = fit(2e4)
-    doubtful["recommended"] = doubtful["recommended"] | {"doubts": ["no layer"]}
-    hertz = hertz_tables.hertz_table(CAPTURES[:2], [fit(2e4), doubtful])
-    searched = (make([], {}) for make in (tables.minimum_table, tables.least_squares_table))
-    summary = tables.summary(hertz, *searched, pd.DataFrame(), pd.DataFrame())
-    best = summary[summary["method"] == "hertz_recommended"]
-    assert best["reduced_modulus_verdict"].tolist() == ["interval", "not judged"]
-
-
-def test_what_is_written_says_what_is_simulated(hertz, root):
-    published = pd.read_csv(root / "config/published/table_5_2.csv")
-    table = tables.rounded(hertz_tables.table_5_2(hertz, published, block="foam_block"))
-    text = tables.markdown(table, title="Table 5.2")
-    assert tables.SIMULATED_NOTE in text
-    assert tables.PUBLISHED_NOTE in text
-    assert "| simulated |" in text
 
 
 def test_figures_repeat_and_carry_their_label(tmp_path):
@@ -216,23 +122,17 @@ def test_figures_repeat_and_carry_their_label(tmp_path):
     assert "simulated captures" in drawn and drawn.count("(at a bound)") == 1
 
 
-def test_accuracy_of_a_known_error():
-    from thesis.accuracy.capture import _force, _tip
+def test_a_summary_has_a_row_for_each_method(found):
+    rows = summary([*minimum_rows(CAPTURES, found), *least_squares_rows(CAPTURES, found)])
+    assert rows.groupby("capture").size().to_dict() == {"08": 4, "11-a03": 2}
+    searched = rows[rows["method"] == "minimise_displacement"]
+    assert (searched["poisson_ratio_verdict"] == "bounded").all()
+    derived = rows[rows["method"] == "least_squares_displacement"]
+    assert (derived["youngs_modulus_std_pa"] == 300).all()
 
-    down = np.tile([0, 0, -1.0], (4, 1))
-    truth = {"tip_m": np.zeros((4, 3)), "force_n": 2 * down, "axis": down}
-    turned = np.tile([0, np.sin(0.02), -np.cos(0.02)], (4, 1))
-    turned[1] = [0, np.sin(0.5), -np.cos(0.5)]
-    results = {
-        "axis": turned,
-        "tip_m": np.tile([3e-4, 4e-4, 0], (4, 1)),
-        "raw_tip_m": np.zeros((4, 3)),
-        "force_n": np.tile([0, 0, -2.1], (4, 1)),
-    }
-    found = {row["quantity"]: row["value"] for row in _tip(truth, results) + _force(truth, results)}
-    assert found["tip_position_rms"] == pytest.approx(0.5)
-    assert found["force_rms"] == pytest.approx(0.1)
-    assert found["force_magnitude_rms_of_peak"] == pytest.approx(5)
-    assert found["force_direction_mean"] == pytest.approx(0, abs=1e-4)
-    assert found["axis_direction_max"] == pytest.approx(np.degrees(0.5))
-    assert found["flipped_frames"] == 1
+
+def test_what_is_written_says_what_is_simulated_and_what_is_printed(minima, root):
+    printed = pd.read_csv(root / "config/published/table_5_3.csv")
+    table = moduli_tables.moduli_table(minima, printed, name="foam_block")
+    text = published.table(table, title="Table 5.3")["md"]
+    assert tables.SIMULATED_NOTE in text and published.NOTE in text and "| simulated |" in text

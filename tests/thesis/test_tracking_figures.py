@@ -1,7 +1,6 @@
 """Figures of tracked surfaces: what they show, and what they compute on the way."""
 
 import numpy as np
-import pandas as pd
 import pytest
 import trimesh
 from palpate.report import panels as tracking_panels
@@ -9,7 +8,6 @@ from palpate.report import style
 from palpate.report.views import Surface, View, render_surface, view_from
 from palpate.surface.pose import to_camera
 from palpate.surface.template import Template, refine_template
-from thesis.accuracy import tracking_dots
 from thesis.chapter5 import force_direction, rigid_slide, tracking_figures
 
 TOP = View(-90, 90)
@@ -192,33 +190,3 @@ def test_figures_name_panels_units_and_provenance_and_repeat_their_bytes(
     for number in ("5", "7", "12", "13", "16"):
         assert "Displacement (mm)" in found[number]
     assert "volume -10.0 %" in found["13"]
-
-
-@pytest.fixture
-def errors():
-    rows = [
-        {"object": "foam_ball", "sensor": sensor, "capture": f"{k:02d}", "tracker": tracker,
-         "displacement_mean_dent_mm": size * k, "provenance": "simulated",
-         "displacement_mean_all_mm": size * k / 5}
-        for sensor in ("bumblebee", "kinect") for k in (1, 2, 3)
-        for tracker, size in (("none", 2.0), ("study", 0.5), ("elastic", 0.3))
-    ]  # fmt: skip
-    return pd.DataFrame(rows)
-
-
-def test_dots_and_medians_of_every_tracker(errors):
-    with style.journal():
-        figure = tracking_dots.tracking_accuracy(errors)
-    lines = figure.axes[0].get_lines()
-    assert len(lines) == 6
-    assert len(lines[0].get_xdata()) == 3
-    assert lines[3].get_ydata()[0] == pytest.approx(1.0)
-    assert figure.axes[0].get_yscale() == "log"
-    words = {"Error in the dent (mm)", "a", "Ball, Kinect", "simulated captures"}
-    assert words <= texts(figure)
-    style.plt.close(figure)
-
-
-def test_errors_of_no_capture_are_refused(errors):
-    with pytest.raises(ValueError, match="table: expected captures, found none"):
-        tracking_dots.tracking_accuracy(errors[:0])

@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from palpate.vision.pose import MarkerPose
-from thesis.accuracy import sensors as sensor_accuracy
 from thesis.chapter4 import workspace
 
 ANGLES = {0.05: 9e-3, 0.10: 4e-3, 0.15: 2.02e-3, 0.20: 2.0e-3, 0.25: 2.3e-3}
@@ -61,13 +60,3 @@ def test_a_points_row():
     assert row["farthest_m"] == pytest.approx(1e-3)
     assert row["reprojection_error_px2"] == pytest.approx(0.12)
     assert workspace.point_row([None], np.eye(4)) == {"frames": 1, "found": 0}
-
-
-def test_errors_over_the_workspace():
-    tips = np.array([[0.1, 0.0, 0.7], [0.1, 0.001, 0.7]])
-    found = {
-        r["quantity"]: r["value"] for r in sensor_accuracy.workspace_rows(rows(), tips, target_mm=1)
-    }
-    assert found["workspace_refined_tip_rms"] == pytest.approx(np.sqrt(0.5), rel=1e-3)
-    assert found["workspace_refined_tip_worst_point"] == pytest.approx(1.0)
-    assert found["workspace_refined_worst_frame_at_most"] == pytest.approx(4.0)

@@ -2,40 +2,35 @@
 
 import csv
 
-import pandas as pd
 import pytest
 from palpate.modulus import VERDICTS
 from palpate.report import tables
+from palpate.report.estimate_rows import summary
 from palpate.workflow.closing import ARTEFACTS, FILES, closing_lines
 
 
 def of_captures(name, sensor, rows, **same):
-    """Rows of a table of captures."""
+    """Rows of captures."""
     known = {"object": name, "sensor": sensor, "provenance": "simulated"} | same
-    return pd.DataFrame([known | {"capture": row["point"]} | row for row in rows])
+    return [known | {"capture": row["point"]} | row for row in rows]
 
 
 def hertz(name, sensor, moduli, **same):
-    names = ["free_contact", "recommended"]
-    others = {
-        f"{n}_{end}": None for n in names for end in ("reduced_modulus_pa", "low_pa", "high_pa")
-    }
-    return of_captures(
-        name,
-        sensor,
-        [{"point": f"{8 + i:02d}", "reduced_modulus_pa": E} | others for i, E in enumerate(moduli)],
-        **same,
-    )
+    points = [f"{8 + i:02d}" for i in range(len(moduli))]
+    found = zip(points, moduli, strict=True)
+    rows = [{"point": point, "reduced_modulus_pa": E, "method": "hertz"} for point, E in found]
+    return of_captures(name, sensor, rows, **same)
 
 
 def searched(name, sensor, rows):
     """Rows of error minimisation: E, nu, verdict on nu, whether at a bound."""
     keys = ("youngs_modulus_pa", "poisson_ratio", "poisson_ratio_verdict", "at_bound")
-    found = [dict(zip(keys, row, strict=True)) for row in rows]
     found = [
-        {"point": f"{8 + i:02d}", "reduced_modulus_pa": 1.0} | row for i, row in enumerate(found)
+        {"point": f"{8 + i:02d}", "method": "minimise_displacement", "reduced_modulus_pa": 1.0}
+        | dict(zip(keys, row, strict=True))
+        for i, row in enumerate(rows)
     ]
-    return of_captures(name, sensor, found, error="displacement")
+    return of_captures(name, sensor, found)
 
 
 def joint(name, sensor, *, captures, **same):
@@ -49,12 +44,11 @@ def joint(name, sensor, *, captures, **same):
     return of_captures(name, sensor, [row | nu | {"poisson_ratio_verdict": "bounded"}], **same)
 
 
-def write(folder, hertz, searched, direct):
+def write(folder, *rows):
     """A results folder with a summary of the workflow's own columns."""
-    squares = searched.drop(columns="poisson_ratio_verdict") if len(searched) else searched
-    summary = tables.rounded(tables.summary(hertz, searched, squares, direct, pd.DataFrame()))
+    table = tables.rounded(summary([one for part in rows for one in part]))
     put(folder, "objects.html", "report.html", "tables/resources.csv")
-    summary.to_csv(folder / "summary.csv", index=False)
+    table.to_csv(folder / "summary.csv", index=False)
 
 
 def put(folder, *names):
@@ -98,7 +92,6 @@ def test_closing_of_a_recorded_object_of_ones_own(tmp_path):
     write(
         tmp_path,
         hertz("toy_cow", "bench_cam", [25000], **cow),
-        pd.DataFrame(),
         joint("toy_cow", "bench_cam", captures=1, **cow),
     )
     put(tmp_path, "toy_cow/report.html")
@@ -119,7 +112,7 @@ def test_closing_says_what_to_open_in_a_browser(ball):
 
 def test_closing_says_where_nothing_is_recommended(tmp_path):
     only_hertz = hertz("pad", "kinect", [25000])
-    write(tmp_path, only_hertz, pd.DataFrame(), joint("ball", "kinect", captures=2))
+    write(tmp_path, only_hertz, joint("ball", "kinect", captures=2))
     assert "  none: no capture of it is estimated directly" in closing_lines(tmp_path)
 
 

@@ -3,9 +3,10 @@
 import pandas as pd
 import pytest
 from palpate.modulus import LABELS
-from palpate.report.moduli_table import accuracy_table, truth_of
 from palpate.yaml_files import load_yaml
 from truth_gate import estimates_of_known, scaled
+from validation.estimates import accuracy_table
+from validation.measured import truth_of
 
 pytestmark = pytest.mark.workflow
 NAME, SENSORS = "foam_block", ("bumblebee", "kinect")

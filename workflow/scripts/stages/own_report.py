@@ -9,8 +9,8 @@ from palpate.capture.images import Stream
 from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.result import load_fitted
 from palpate.json_fields import read_all, read_by_folder
+from palpate.report.estimate_rows import compared
 from palpate.report.held import Held
-from palpate.report.moduli_table import compared
 from palpate.report.other_methods import HERTZ
 from palpate.report.own_page import CAPTIONS, own_page
 from palpate.report.press_pictures import Frames, glimpses

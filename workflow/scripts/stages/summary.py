@@ -1,29 +1,25 @@
 """Rows of each object, sensor, capture and method."""
 
 from palpate.json_fields import minima_by_key, read_all
-from palpate.report import hertz_tables, outputs, tables
-from palpate.report import moduli_table as direct_tables
-from palpate.report.curve_rows import curve_rows
+from palpate.report import outputs, tables
+from palpate.report.estimate_rows import curve_rows, direct_rows, hertz_rows, summary
 from palpate.workflow.job import run
+from thesis.minimum_rows import least_squares_rows, minimum_rows
 
 
 def main(snakemake):
     """Write summary.csv."""
-    params = snakemake.params
-    hertz = hertz_tables.hertz_table(params.captures, read_all(snakemake.input.fits))
-    minima = minima_by_key(params.minimised, params.errors, snakemake.input.results)
-    searched = [
-        table(params.minimised, minima)
-        for table in (tables.minimum_table, tables.least_squares_table)
+    inputs, params = snakemake.input, snakemake.params
+    minima = minima_by_key(params.minimised, params.errors, inputs.results)
+    direct = read_all(inputs.direct), params.groups, read_all(inputs.joint)
+    rows = [
+        *hertz_rows(params.captures, read_all(inputs.fits)),
+        *minimum_rows(params.minimised, minima),
+        *least_squares_rows(params.minimised, minima),
+        *direct_rows(params.estimated, *direct),
+        *curve_rows(params.curves, read_all(inputs.curves)),
     ]
-    direct = direct_tables.direct_rows(
-        params.estimated,
-        read_all(snakemake.input.direct),
-        params.groups,
-        read_all(snakemake.input.joint),
-    )
-    curves = curve_rows(params.curves, read_all(snakemake.input.curves))
-    made = {"csv": tables.rounded(tables.summary(hertz, *searched, direct, curves))}
+    made = {"csv": tables.rounded(summary(rows))}
     if "origin" in snakemake.output.keys():
         made["origin"] = f"{params.origin}\n"
     outputs.write(made, snakemake.output)

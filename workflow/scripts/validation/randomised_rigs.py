@@ -17,9 +17,11 @@ import numpy as np
 import pandas as pd
 from palpate.markdown import rows_of
 from palpate.modulus import LABELS, columns
-from palpate.report import moduli_table, style
+from palpate.report import style
+from palpate.report.estimate_rows import direct_rows
 from palpate.yaml_files import load_yaml
 from scipy.stats import binomtest
+from validation.estimates import accuracy_table
 
 # Of the summary: name of the modulus, what it is called, and whether its errors are relative.
 MODULI = {
@@ -44,12 +46,12 @@ def estimates_of(folder: Path) -> pd.DataFrame:
             row = group | {"rejected": reason(results, name, sensor)}
             if path.is_file():
                 found = [read_estimate(path)]
-                row = moduli_table.direct_rows([], [], [group], found).iloc[0].to_dict()
+                (row,) = direct_rows([], [], [group], found)
             rows.append({"seed": lab["seed"]} | row | randomised(spec))
     table = pd.DataFrame(rows)
     wanted = ["point", "method", *(column for name in LABELS for column in columns(name))]
     table = table.reindex(columns=[*table, *(name for name in wanted if name not in table)])
-    return moduli_table.accuracy_table(table, materials)
+    return accuracy_table(table, materials)
 
 
 def read_estimate(path: Path) -> dict:
@@ -127,7 +129,7 @@ def shifts_of(table: pd.DataFrame, lab: Mapping) -> pd.DataFrame:
     rows = []
     for _, row in table.iterrows():
         devices = lab["objects"][row["object"]].get("devices", {})
-        kinect = row["sensor"].startswith("kinect") or row["sensor"].startswith("color_from")
+        kinect = row["sensor"].startswith(("kinect", "color_from"))
         nominal = "kinect_nominal" if kinect else "nominal"
         if row["sensor"] not in devices or row["sensor"] == nominal:
             continue
@@ -136,10 +138,8 @@ def shifts_of(table: pd.DataFrame, lab: Mapping) -> pd.DataFrame:
         size = f"{next(iter(device.values())):g}" if len(device) == 1 else "all"
         found = {"object": row["object"], "error": row["sensor"], "size": size}
         for name, (title, relative) in MODULI.items():
-            if relative:
-                found[title] = f"{100 * (row[name] / base[name] - 1):+.1f} %"
-            else:
-                found[title] = f"{row[name] - base[name]:+.3f}"
+            shift = 100 * (row[name] / base[name] - 1) if relative else row[name] - base[name]
+            found[title] = f"{shift:+.1f} %" if relative else f"{shift:+.3f}"
         missed = [MODULI[n][0] for n in MODULI if row[f"{n.removesuffix('_pa')}_covered"] is False]
         rows.append(found | {"holds": "no: " + ", ".join(missed) if missed else "yes"})
     return pd.DataFrame(rows)
@@ -161,19 +161,10 @@ def plot(table: pd.DataFrame, path: Path) -> None:
             for sensor, (colour, mark) in MARKS.items():
                 for miss in (False, True):
                     rows = parts[(of_kinect == (sensor == "kinect")) & (missed == miss)]
-                    kept = style.ORANGE if miss else colour
-                    label = style.SENSOR_NAMES[sensor] if not miss else None
-                    lows, highs = rows[value] - rows[low], rows[high] - rows[value]
-                    axis.errorbar(
-                        rows.index,
-                        rows[value],
-                        np.abs([lows, highs]),
-                        fmt=mark,
-                        color=kept,
-                        ms=3,
-                        lw=0.8,
-                        label=label,
-                    )
+                    ends = np.abs([rows[value] - rows[low], rows[high] - rows[value]])
+                    look = {"color": style.ORANGE if miss else colour, "fmt": mark, "ms": 3}
+                    label = None if miss else style.SENSOR_NAMES[sensor]
+                    axis.errorbar(rows.index, rows[value], ends, lw=0.8, label=label, **look)
             axis.axhline(1 if relative else 0, color=style.GREY, lw=0.8)
             axis.set_ylabel(f"{title} / true" if relative else f"{title} - true")
             if relative:

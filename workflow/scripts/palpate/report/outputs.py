@@ -15,7 +15,7 @@ from palpate.report import style, table_page, tables
 Made = pd.DataFrame | str | Mapping | Sequence | Callable[[Path], None]
 
 
-def table(frame: pd.DataFrame, *, title: str, more_notes: Sequence[str] = ()) -> dict[str, Made]:
+def table(frame: pd.DataFrame, *, title: str, **notes: Sequence[str]) -> dict[str, Made]:
     """A table as it goes to CSV and to Markdown.
 
     Parameters
@@ -23,10 +23,10 @@ def table(frame: pd.DataFrame, *, title: str, more_notes: Sequence[str] = ()) ->
     frame : DataFrame
         With a column ``provenance``.
     title : str
-    more_notes : sequence of str, optional
-        Beside the notes that its columns and rows call for.
+    **notes : sequences of str, optional
+        ``more_notes`` and ``last_notes``, before and after what its rows call for.
     """
-    return {"csv": frame, "md": tables.markdown(frame, title=title, more_notes=more_notes)}
+    return {"csv": frame, "md": tables.markdown(frame, title=title, **notes)}
 
 
 def exact(frame: pd.DataFrame) -> Callable[[Path], None]:

@@ -9,13 +9,18 @@ from matplotlib.figure import Figure
 
 from palpate.json_fields import read_all
 from palpate.modulus import IDENTIFIED
-from palpate.report.moduli_figure import ROWS
-from palpate.report.moduli_table import compared
+from palpate.report.estimate_rows import compared
 from palpate.report.style import BLUE, PAGE_IN, finished, sensor_name
+from palpate.units import KILOPASCALS
 
 # Of a line, of what is above and below them, and of the whole at most [in].
 LINE_IN, AROUND_IN, HIGHEST_IN = 0.24, 0.62, 9.0
 GREATEST_NU = 0.5
+QUANTITIES = {
+    "effective_reduced_modulus_pa": ("effective E* (kPa)", KILOPASCALS),
+    "youngs_modulus_pa": ("E (kPa)", KILOPASCALS),
+    "poisson_ratio": ("Poisson's ratio", 1.0),
+}
 
 
 class Line(NamedTuple):
@@ -51,8 +56,10 @@ def own_moduli(
     """
     lines = list(_lines(captures, singles, sensors, joints))
     height = min(AROUND_IN + LINE_IN * len(lines), HIGHEST_IN)
-    figure, axes = plt.subplots(1, len(ROWS), figsize=(PAGE_IN, height), sharey=True, squeeze=False)
-    for panel, (quantity, (label, scale)) in zip(axes[0], ROWS.items(), strict=True):
+    figure, axes = plt.subplots(
+        1, len(QUANTITIES), figsize=(PAGE_IN, height), sharey=True, squeeze=False
+    )
+    for panel, (quantity, (label, scale)) in zip(axes[0], QUANTITIES.items(), strict=True):
         for place, line in enumerate(lines):
             _draw(panel, place, line, quantity, scale)
         panel.set_xlabel(label)

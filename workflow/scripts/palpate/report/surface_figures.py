@@ -1,4 +1,4 @@
-"""Figures of tracked surfaces and of the mismatch on them."""
+"""Tracked surfaces: photograph, shaded dent and a section through it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
-from matplotlib.tri import Triangulation
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
@@ -19,7 +18,6 @@ from palpate.report.style import (
     BLACK,
     BLUE,
     GREY,
-    ORANGE,
     PAGE_IN,
     label_provenance,
     sensor_name,
@@ -36,17 +34,6 @@ DETAIL_M = 0.025
 SECTION_HALF_WIDTH_M = 0.0015
 # Of the section's panel: as high as what was captured there, within limits [mm].
 LOWEST_MM, HIGHEST_MM = -14, (5, 16)
-MAP = "cividis"
-
-
-@dataclass(frozen=True)
-class Mismatch:
-    """Mismatch on the surface of one solid: nodes (n, 3) [m], outward triangles, (n,) [m]."""
-
-    nodes_m: NDArray
-    triangles: NDArray
-    mismatch_m: NDArray
-    contact_m: NDArray
 
 
 @dataclass(frozen=True)
@@ -82,29 +69,6 @@ def make_tracked_surface(inputs: Any, params: Any) -> Figure:
     parts = zip(inputs.tracked, inputs.clouds, fits, inputs.recorded, params.sensors, strict=True)
     views = [read_view(*part) for part in parts]
     return tracked_surface(params.captures, views)
-
-
-def figure_5_10(captures: Sequence[Mapping], views: Sequence[Mismatch]) -> Figure:
-    """Mismatch of tracked and computed deformation from above, a row per sensor (Fig. 5.10)."""
-    count = len(views)
-    figure, axes = plt.subplots(
-        count,
-        2,
-        figsize=(PAGE_IN, 2.5 * count + 0.2),
-        width_ratios=(2.1, 1),
-        squeeze=False,
-        layout="constrained",
-    )
-    limit = max(float(view.mismatch_m.max()) for view in views) * MILLIMETRES
-    for row, capture, view in zip(axes, captures, views, strict=True):
-        _mismatch_panel(row[0], view, limit, None)
-        image = _mismatch_panel(row[1], view, limit, ZOOM_M)
-        row[0].set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
-        row[1].set_title("at the contact")
-        figure.colorbar(image, ax=row[1], label="Mismatch (mm)", shrink=0.85)
-    figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))
-    label_provenance(figure, {capture["provenance"] for capture in captures})
-    return figure
 
 
 def tracked_surface(captures: Sequence[Mapping], views: Sequence[TrackedView]) -> Figure:
@@ -157,30 +121,6 @@ def _near(color: Mapping, camera_from_object: NDArray, contact_m: NDArray) -> tu
         for middle, size in zip(at, sizes, strict=True)
     )
     return rows, columns
-
-
-def _mismatch_panel(axes: Axes, view: Mismatch, limit: float, zoom_m: float | None):
-    a, b, c = (view.nodes_m[view.triangles[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    above = normals[:, 2] > 0.5 * np.linalg.norm(normals, axis=1)
-    x, y = view.nodes_m[:, 0] * MILLIMETRES, view.nodes_m[:, 1] * MILLIMETRES
-    top = Triangulation(x, y, view.triangles[above])
-    values = view.mismatch_m * MILLIMETRES
-    image = axes.tripcolor(
-        top, values, shading="gouraud", cmap=MAP, vmin=0, vmax=limit, rasterized=True
-    )
-    axes.triplot(top, color="white", lw=0.15, alpha=0.6)
-    place = view.contact_m[:2] * MILLIMETRES
-    axes.plot(*place, "+", color=ORANGE, ms=6, mew=1.1)
-    axes.set_aspect("equal")
-    if zoom_m is not None:
-        reach = zoom_m * MILLIMETRES
-        axes.set_xlim(place[0] - reach, place[0] + reach)
-        axes.set_ylim(place[1] - reach, place[1] + reach)
-    if axes.get_subplotspec().is_last_row():
-        axes.set_xlabel("Length (mm)")
-    axes.set_ylabel("Width (mm)")
-    return image
 
 
 def photo_panel(axes: Axes, view: TrackedView) -> None:

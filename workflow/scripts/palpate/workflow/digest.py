@@ -14,7 +14,7 @@ from typing import Any
 
 # Where the packages and the folders of scripts lie.
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("palpate", "thesis", "virtual_lab")
+PACKAGES = ("palpate", "thesis", "validation", "virtual_lab")
 # Counted by module: the service of the workflow, and the camera model, which the lab shares.
 BY_MODULE = ("palpate.workflow.", "palpate.config.", "palpate.vision.camera.")
 # What plans a run is no part of a job; packages name it as a type, or take objects' names from it.

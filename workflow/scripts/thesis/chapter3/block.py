@@ -15,6 +15,7 @@ from palpate.solid.support import read_support
 from palpate.surface.tracked import load_tracked, save_tracked
 from palpate.workflow.job import naming
 
+from thesis import published
 from thesis.chapter3 import simulation_figures, simulation_tables
 from thesis.minimise.fit import fit_moduli, minimum_files
 from thesis.minimise.linear import linear_method
@@ -80,7 +81,7 @@ def make_simulation_table(inputs: Any, params: Any) -> dict:
     found = simulation_tables.simulation_table(
         linear, read_all(inputs.minima), pd.read_csv(inputs.published), read_one(inputs.truth)
     )
-    return outputs.table(tables.rounded(found), title=MODULI_TITLE)
+    return published.table(tables.rounded(found), title=MODULI_TITLE)
 
 
 def make_simulation_tracking(inputs: Any, params: Any) -> dict:

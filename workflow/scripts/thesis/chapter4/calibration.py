@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from palpate.capture.images import read_image
 from palpate.capture.tables import read_frames
 from palpate.json_fields import read_all
-from palpate.report import outputs
 from palpate.report.style import (
     BLACK,
     BLUE,
@@ -23,6 +22,8 @@ from palpate.report.style import (
     panel_letter,
 )
 from palpate.units import CENTIMETRES
+
+from thesis import published
 
 OPTICS = ["fx_px", "fy_px", "cx_px", "cy_px"]
 # The study calls the infrared camera IR and prints its translation in centimetres.
@@ -36,14 +37,15 @@ TRANSFORM_TITLE = "Equation 4.12: transform from the infrared to the colour came
 def make_table_4_1(inputs: Any, params: Any) -> dict:
     """Table 4.1 of the first calibrated sensor."""
     (result,) = read_all(inputs.calibration)
-    return outputs.table(table_4_1(result, pd.read_csv(inputs.published)), title=OPTICS_TITLE)
+    table = table_4_1(result, pd.read_csv(inputs.published))
+    return published.table(table, title=OPTICS_TITLE)
 
 
 def make_equation_4_12(inputs: Any, params: Any) -> dict:
     """Equation 4.12 of the first calibrated sensor."""
     (result,) = read_all(inputs.calibration)
     table = equation_4_12(result, pd.read_csv(inputs.published))
-    return outputs.table(table, title=TRANSFORM_TITLE)
+    return published.table(table, title=TRANSFORM_TITLE)
 
 
 def make_figure_4_9(inputs: Any, params: Any) -> Figure:

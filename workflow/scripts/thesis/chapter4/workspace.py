@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from palpate.report import outputs
 from palpate.units import CENTIMETRES
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.pose import MarkerPose, candidate_poses, settle
 
+from thesis import published
 from thesis.chapter4.sensor_files import by_sensor
 
 # Section 4.2.3: 0.05 to 0.6 pixels in steps of 0.05.
@@ -141,7 +141,7 @@ def make_table_4_2(inputs: Any, params: Any) -> dict:
     found = by_sensor(params.names, inputs.tables)
     table = table_4_2(found, used_px, pd.read_csv(inputs.published))
     table["provenance"] = table["sensor"].map(params.provenance)
-    return outputs.table(table, title=TITLE)
+    return published.table(table, title=TITLE)
 
 
 def table_4_2(

@@ -13,8 +13,6 @@ from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
 from palpate.capture.images import Stream
 from palpate.json_fields import read_all, read_one
-from palpate.report import hertz_tables
-from palpate.report.hertz_tables import ROWS_OF_BLOCK
 from palpate.report.style import (
     BLACK,
     GREY,
@@ -32,6 +30,8 @@ from palpate.surface.template import read_template
 from palpate.units import KILOPASCALS, MILLIMETRES
 from palpate.vision.camera import camera_from_spec, with_calibration
 from palpate.yaml_files import load_yaml
+
+from thesis.chapter5.hertz_points import ROWS_OF_BLOCK, hertz_table, table_5_2
 
 MAP = "cividis"
 FEWEST = 3
@@ -54,8 +54,8 @@ def make_figure_5_1(inputs: Any, params: Any) -> Figure:
 
 def make_figure_5_4(inputs: Any, params: Any) -> Figure:
     """Figure 5.4 from the fits and the published table."""
-    hertz = hertz_tables.hertz_table(params.captures, read_all(inputs.fits))
-    table = hertz_tables.table_5_2(hertz, pd.read_csv(inputs.published), block=params.block)
+    hertz = hertz_table(params.captures, read_all(inputs.fits))
+    table = table_5_2(hertz, pd.read_csv(inputs.published), block=params.block)
     return figure_5_4(params.captures, table)
 
 
@@ -100,7 +100,7 @@ def figure_5_4(captures: Sequence[Mapping], table: pd.DataFrame) -> Figure:
     ----------
     captures : sequence of mapping
     table : DataFrame
-        Of `palpate.report.tables.table_5_2`.
+        Of `table_5_2`.
     """
     sensors = sorted(set(table["sensor"]))
     size = (PAGE_IN, 1.1 * len(sensors) + 0.5)

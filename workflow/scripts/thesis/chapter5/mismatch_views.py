@@ -1,13 +1,16 @@
 """Mismatch of tracked and computed deformation: Figures 5.10, 5.15 and 5.18."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
+import matplotlib.pyplot as plt
 import meshio
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
+from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 from palpate.report.panels import (
     coloured,
@@ -17,8 +20,7 @@ from palpate.report.panels import (
     scale_bar,
     surface_panel,
 )
-from palpate.report.style import BLACK, PAGE_IN, SMALL, label_provenance, sensor_name
-from palpate.report.surface_figures import Mismatch, figure_5_10
+from palpate.report.style import BLACK, ORANGE, PAGE_IN, SMALL, label_provenance, sensor_name
 from palpate.report.views import MILLIMETRES, View, view_from
 from palpate.solid.mesh import read_solid
 from palpate.surface.tracked import load_tracked
@@ -26,6 +28,19 @@ from palpate.surface.tracked import load_tracked
 HALF_TURN_DEG = 180.0
 RIGHT, ROOM_IN = 0.87, 0.62
 HALO = [Stroke(linewidth=2.2, foreground="white"), Normal()]
+# Of Figure 5.10: half the width about the contact.
+ZOOM_M = 0.040
+MAP = "cividis"
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """Mismatch on the surface of one solid: nodes (n, 3) [m], outward triangles, (n,) [m]."""
+
+    nodes_m: NDArray
+    triangles: NDArray
+    mismatch_m: NDArray
+    contact_m: NDArray
 
 
 def make_figure_5_10(inputs: Any, params: Any) -> Figure:
@@ -38,6 +53,29 @@ def make_mismatch_views(inputs: Any, params: Any) -> Figure:
     poses = [load_tracked(path).camera_from_object for path in inputs.tracked]
     views = [view_from(pose, elevation_deg=params.elevation_deg) for pose in poses]
     return mismatch_views(params.captures, _read_mismatches(inputs), views)
+
+
+def figure_5_10(captures: Sequence[Mapping], views: Sequence[Mismatch]) -> Figure:
+    """Mismatch of tracked and computed deformation from above, a row per sensor (Fig. 5.10)."""
+    count = len(views)
+    figure, axes = plt.subplots(
+        count,
+        2,
+        figsize=(PAGE_IN, 2.5 * count + 0.2),
+        width_ratios=(2.1, 1),
+        squeeze=False,
+        layout="constrained",
+    )
+    limit = max(float(view.mismatch_m.max()) for view in views) * MILLIMETRES
+    for row, capture, view in zip(axes, captures, views, strict=True):
+        _plan_panel(row[0], view, limit, None)
+        image = _plan_panel(row[1], view, limit, ZOOM_M)
+        row[0].set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
+        row[1].set_title("at the contact")
+        figure.colorbar(image, ax=row[1], label="Mismatch (mm)", shrink=0.85)
+    figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))
+    label_provenance(figure, {capture["provenance"] for capture in captures})
+    return figure
 
 
 def mismatch_views(
@@ -88,6 +126,30 @@ def _read_mismatch(mismatch: str, tracked: str) -> Mismatch:
     values = meshio.read(mismatch).point_data["mismatch_m"]
     contact = load_tracked(tracked).contact_point_m
     return Mismatch(solid.nodes_m, solid.surface_triangles(), values, contact)
+
+
+def _plan_panel(axes: Axes, view: Mismatch, limit: float, zoom_m: float | None):
+    a, b, c = (view.nodes_m[view.triangles[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    above = normals[:, 2] > 0.5 * np.linalg.norm(normals, axis=1)
+    x, y = view.nodes_m[:, 0] * MILLIMETRES, view.nodes_m[:, 1] * MILLIMETRES
+    top = Triangulation(x, y, view.triangles[above])
+    values = view.mismatch_m * MILLIMETRES
+    image = axes.tripcolor(
+        top, values, shading="gouraud", cmap=MAP, vmin=0, vmax=limit, rasterized=True
+    )
+    axes.triplot(top, color="white", lw=0.15, alpha=0.6)
+    place = view.contact_m[:2] * MILLIMETRES
+    axes.plot(*place, "+", color=ORANGE, ms=6, mew=1.1)
+    axes.set_aspect("equal")
+    if zoom_m is not None:
+        reach = zoom_m * MILLIMETRES
+        axes.set_xlim(place[0] - reach, place[0] + reach)
+        axes.set_ylim(place[1] - reach, place[1] + reach)
+    if axes.get_subplotspec().is_last_row():
+        axes.set_xlabel("Length (mm)")
+    axes.set_ylabel("Width (mm)")
+    return image
 
 
 def _behind(view: View) -> View:

@@ -5,7 +5,10 @@ from typing import Any
 
 import pandas as pd
 from palpate.json_fields import minima_by_key, read_one
-from palpate.report import outputs, tables
+from palpate.report import tables
+
+from thesis import published
+from thesis.minimum_rows import minimum_rows
 
 VALUES = ["youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa", "hertz_reduced_modulus_pa"]
 VERDICT = ["poisson_ratio_low", "poisson_ratio_high", "poisson_ratio_verdict"]
@@ -15,11 +18,11 @@ TRUE = VALUES[:3]
 def make_moduli_table(inputs: Any, params: Any) -> dict:
     """Moduli of an object from its minima, the true material and the published table."""
     minima = minima_by_key(params.captures, params.errors, inputs.results)
-    ours = tables.minimum_table(params.captures, minima)
+    ours = pd.DataFrame(minimum_rows(params.captures, minima))
     material = read_one(inputs.material)
-    published = pd.read_csv(inputs.published)
-    found = moduli_table(ours, published, name=params.name, material=material)
-    return outputs.table(tables.rounded(found), title=params.heading)
+    printed = pd.read_csv(inputs.published)
+    found = moduli_table(ours, printed, name=params.name, material=material)
+    return published.table(tables.rounded(found), title=params.heading)
 
 
 def moduli_table(
@@ -34,7 +37,7 @@ def moduli_table(
     Parameters
     ----------
     minima : DataFrame
-        Of `tables.minimum_table`.
+        Of `minimum_rows`.
     published : DataFrame
         config/published/table_5_3.csv, table_5_4.csv or table_5_5.csv. The latter two name no
         point: they stand beside every point of the object.

@@ -1,6 +1,7 @@
 """Every printed number of the study beside ours, and its findings held against both."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,11 +10,14 @@ from palpate.json_fields import read_all, read_one
 from palpate.report import outputs
 from palpate.solid.mesh import read_solid
 
+from thesis import published
+from thesis.chapter4.workspace import CORNERS, select_threshold
 from thesis.chapter5.tracking_inputs import last_frames, surface_of
 from thesis.findings import comparison, printed
 from thesis.findings import statements as findings
-from thesis.findings.comparison_inputs import settled_of, tables_of, traces_of, workspaces_of
 
+# Columns of names, which stay words.
+NAMES = {"capture": str, "point": str, "attempt": str}
 COMPARISON = "Every printed number of the study beside ours"
 COMPARISON_NOTES = (
     "published is the study's printed value, ratio is ours over it. What the study prints"
@@ -39,7 +43,7 @@ def make_comparison(inputs: Any, params: Any) -> dict:
         nodes=list(zip(params.solids, map(nodes_of, inputs.solids), strict=True)),
         residual_n=linear["estimates"][0]["residual_n"] if linear else None,
     )
-    numbers = printed.numbers(tables_of(inputs.published))
+    numbers = printed.published_numbers(tables_of(inputs.published))
     table = comparison.comparison(numbers, ours, truths(inputs, params))
     return outputs.table(table, title=COMPARISON, more_notes=COMPARISON_NOTES)
 
@@ -53,7 +57,7 @@ def truths(inputs: Any, params: Any) -> dict[tuple[str, str], float]:
     """What the lab was given, by object or sensor and by quantity."""
     found = {}
     for name, material in zip(params.materials, read_all(inputs.materials), strict=True):
-        for quantity in printed.MODULI_UNITS:
+        for quantity in printed.MODULI:
             if quantity in material:
                 found[name, quantity.removesuffix("_pa")] = material[quantity]
     simulated = read_one(inputs.simulated)
@@ -80,13 +84,13 @@ def make_findings(inputs: Any, params: Any) -> dict:
     """The findings, one row each."""
     ours = our_tables(inputs, params)
     provenance = "/".join(sorted(set(ours["estimates"]["provenance"])))
-    published = tables_of(inputs.published)
+    printed_tables = tables_of(inputs.published)
     if ours["workspace"] is not None:
-        thresholds = findings.printed_thresholds(published["text"])
+        thresholds = findings.printed_thresholds(printed_tables["text"])
         ours["workspace"]["published_px"] = ours["workspace"]["sensor"].map(thresholds)
-    numbers = findings.published_tables(published)
+    numbers = findings.published_tables(printed_tables)
     table = findings.findings(numbers, ours, provenance=provenance)
-    return outputs.table(table, title=FINDINGS, more_notes=FINDINGS_NOTES)
+    return published.table(table, title=FINDINGS, more_notes=FINDINGS_NOTES)
 
 
 def our_tables(inputs: Any, params: Any) -> dict[str, pd.DataFrame | None]:
@@ -109,10 +113,32 @@ def our_tables(inputs: Any, params: Any) -> dict[str, pd.DataFrame | None]:
         ours["clouds"] = rows[rows["quantity"] == "cloud_median"]
     linear = read_one(inputs.linear)
     ours["starts"] = pd.DataFrame(linear["estimates"]) if linear else None
-    ours["settled"] = settled_of(traces_of(inputs, params.captures, params.error))
+    ours["settled"] = comparison.settled(traces_of(inputs, params.captures, params.error))
     ours["workspace"] = workspaces_of(params.workspaces, inputs.workspaces)
     ours["volumes"] = volumes_of(inputs, params.balls)
     return ours
+
+
+def tables_of(paths: Sequence[str]) -> dict[str, pd.DataFrame]:
+    """Tables by the names of their files; names of points stay words."""
+    return {Path(path).stem: pd.read_csv(path, dtype=NAMES) for path in paths}
+
+
+def traces_of(inputs: object, captures: Sequence[Mapping], error: str) -> list[tuple]:
+    """Capture, error option and trace of each minimisation."""
+    minima = read_all(inputs.minima)
+    pairs = zip(captures, minima, strict=True)
+    return [(capture, error, minimum["trace"]) for capture, minimum in pairs]
+
+
+def workspaces_of(sensors: Sequence[str], paths: Sequence[str]) -> pd.DataFrame | None:
+    """Workspace by each sensor as the study reads it, the selected threshold marked."""
+    parts = []
+    for sensor, path in zip(sensors, paths, strict=True):
+        table = pd.read_csv(path)
+        mine = table[table["method"] == CORNERS].assign(sensor=sensor)
+        parts.append(mine.assign(selected=mine["threshold_px"] == select_threshold(table)))
+    return pd.concat(parts, ignore_index=True) if parts else None
 
 
 def volumes_of(inputs: Any, captures: Sequence[Mapping]) -> pd.DataFrame:

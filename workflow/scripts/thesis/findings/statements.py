@@ -181,14 +181,12 @@ def published_tables(published: Mapping[str, pd.DataFrame]) -> dict[str, pd.Data
     exact = simulation[simulation["data"] == "exact"].iloc[0]
     for name in LAME:
         simulation[f"true_{name}"] = exact[name]
-    tip = published["table_4_2"].melt("axis", var_name="sensor", value_name="std_cm")
-    tip["sensor"] = tip["sensor"].str.removesuffix("_cm")
     return {
         "estimates": printed.estimates(published),
         "points": published["table_5_2"],
         "repeats": published["table_5_1"],
         "simulation": simulation,
-        "tip": tip,
+        "tip": printed.tip_of(published["table_4_2"]),
         "settled": _printed_traces(published["text"]),
     }
 

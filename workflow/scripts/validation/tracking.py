@@ -8,16 +8,21 @@ the first frame is wrong by is taken off, and its noise is in.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from palpate.open3d_core import ClosestPoints
+from palpate.report.tables import SIMULATED_NOTE, significant, to_markdown
 from palpate.surface.pose import to_camera, to_object
-from palpate.surface.tracked import Tracked
+from palpate.surface.tracked import Tracked, load_tracked
 from palpate.units import CUBIC_CENTIMETRES, MILLIMETRES
+from palpate.workflow.job import naming
 
+TITLE = "Trackers against the virtual lab's truth"
+DIGITS = 4
 DENT_RADIUS_M = 0.010
 # Name of the rows of the rigidly aligned template, which no tracker moves.
 UNTRACKED = "none"
@@ -58,20 +63,36 @@ NOTES = (
 )
 
 
-@dataclass(frozen=True)
-class VertexErrors:
-    """Errors of each vertex in each frame.
+def make_tracking_accuracy(inputs: Any, params: Any) -> dict:
+    """Every capture, and means over the captures."""
+    files = iter(zip(inputs.tracked, inputs.seconds, strict=True))
+    rows = []
+    for capture, truth in zip(params.captures, inputs.truths, strict=True):
+        known = {key: capture[key] for key in KEYS if key in capture}
+        last = {"provenance": capture["provenance"]}
+        found = capture_rows(truth, {name: next(files) for name in params.trackers})
+        rows += [known | row | last for row in found]
+    table = pd.DataFrame(rows)
+    table = _rounded(table[KEYS + [name for name in table.columns if name not in KEYS]])
+    notes = [f"- {note}" for note in (*NOTES, SIMULATED_NOTE)]
+    return {"csv": table, "md": to_markdown(_rounded(averages(table)), title=TITLE, notes=notes)}
 
-    Attributes
-    ----------
-    displacement_m, change_m, place_m, surface_m : (f, n) arrays
-        Lengths [m].
-    """
 
-    displacement_m: NDArray
-    change_m: NDArray
-    place_m: NDArray
-    surface_m: NDArray
+def capture_rows(truth: str, files: Mapping[str, tuple[str, str]]) -> list[dict]:
+    """Rows of a capture: without tracking, then of each tracker."""
+    with np.load(truth, allow_pickle=False) as data:
+        arrays = {name: data[name] for name in data.files if name != "mask"}
+    tracked = {name: load_tracked(path) for name, (path, _) in files.items()}
+    first = next(iter(tracked.values()))
+    rows = []
+    for name, surface in ({UNTRACKED: untracked(first)} | tracked).items():
+        if surface.observed.shape == first.observed.shape:
+            surface = replace(surface, observed=first.observed)
+        with naming(truth):
+            row = {"tracker": name} | accuracy_row(arrays, surface)
+        spent = pd.read_csv(files[name][1], sep="\t")["s"].mean() if name in files else np.nan
+        rows.append(row | {"seconds_per_frame": float(spent) / len(surface.vertices_m)})
+    return rows
 
 
 def tracked_errors(truth: Mapping, tracked: Tracked, frame: int) -> tuple[NDArray, NDArray]:
@@ -82,8 +103,8 @@ def tracked_errors(truth: Mapping, tracked: Tracked, frame: int) -> tuple[NDArra
     return found, np.linalg.norm(rest - true, axis=1)
 
 
-def vertex_errors(truth: Mapping, tracked: Tracked) -> VertexErrors:
-    """Errors of all vertices in all frames.
+def vertex_errors(truth: Mapping, tracked: Tracked) -> dict[str, NDArray]:
+    """Errors of all vertices in all frames, by the names of `KINDS`, (f, n) arrays [m].
 
     Parameters
     ----------
@@ -105,7 +126,7 @@ def vertex_errors(truth: Mapping, tracked: Tracked) -> VertexErrors:
     moved = tracked.vertices_m - tracked.rest_m - _true_displacements(truth, tracked.rest_m, frames)
     away = [_from_surface(truth, tracked.vertices_m[k], k) for k in frames]
     lengths = (np.linalg.norm(part, axis=2) for part in (moved, moved - moved[0], place))
-    return VertexErrors(*lengths, np.stack(away))
+    return dict(zip(KINDS, (*lengths, np.stack(away)), strict=True))
 
 
 def untracked(tracked: Tracked) -> Tracked:
@@ -123,7 +144,7 @@ def volume_changes(truth: Mapping, tracked: Tracked) -> tuple[NDArray, NDArray]:
     return np.array(found) - before, np.array(true) - _volume(rest, faces)
 
 
-def accuracy_rows(truth: Mapping, tracked: Tracked) -> list[dict]:
+def accuracy_row(truth: Mapping, tracked: Tracked) -> dict:
     """Figures of a tracked capture: in its most pressed frame, and over all frames in contact.
 
     Parameters
@@ -134,29 +155,20 @@ def accuracy_rows(truth: Mapping, tracked: Tracked) -> list[dict]:
 
     Returns
     -------
-    list of dict
-        Two rows: ``frames`` (deepest, contact), ``frame`` (the deepest one), ``vertices``, mean
-        and root mean square of both errors in each region [mm], and the changes of volume.
+    dict
+        ``frame`` (the deepest one), ``vertices``, mean and root mean square of the errors in each
+        region [mm] and the changes of volume; over all frames in contact under ``contact_...``.
     """
     depth = np.asarray(truth["depth_m"])
     if not (depth > 0).any():
         raise ValueError("depth_m: expected a frame in contact, found none")
     errors, volumes = vertex_errors(truth, tracked), volume_changes(truth, tracked)
-    deepest = int(np.argmax(depth))
-    chosen = {"deepest": np.array([deepest]), "contact": np.flatnonzero(depth > 0)}
-    return [
-        {"frames": name, "frame": deepest, "vertices": len(tracked.template_m)}
-        | _figures(errors, tracked, frames)
-        | _volume_figures(*(change[frames].mean() for change in volumes))
-        for name, frames in chosen.items()
-    ]
-
-
-def one_row(rows: list[dict]) -> dict:
-    """Figures of the most pressed frame, those over all frames in contact with a prefix behind."""
-    deepest, contact = ({k: v for k, v in row.items() if k != "frames"} for row in rows)
-    same = ("frame", "vertices")
-    return deepest | {f"contact_{k}": v for k, v in contact.items() if k not in same}
+    row = {"frame": int(np.argmax(depth)), "vertices": len(tracked.template_m)}
+    for prefix, frames in (("", [row["frame"]]), ("contact_", np.flatnonzero(depth > 0))):
+        found = _figures(errors, tracked, frames)
+        found |= _volume_figures(*(change[frames].mean() for change in volumes))
+        row |= {prefix + name: value for name, value in found.items()}
+    return row
 
 
 def averages(table: pd.DataFrame) -> pd.DataFrame:
@@ -207,14 +219,14 @@ def _volume(vertices: NDArray, faces: NDArray) -> float:
     return float((a * np.cross(b, c)).sum() / 6)
 
 
-def _figures(errors: VertexErrors, tracked: Tracked, frames: NDArray) -> dict:
+def _figures(errors: Mapping, tracked: Tracked, frames: NDArray) -> dict:
     """Mean and root mean square in each region; a frame counts as much as the other [mm]."""
     offset = np.linalg.norm(tracked.template_m - tracked.contact_point_m, axis=1)
     seen, dent = tracked.observed[frames], offset < DENT_RADIUS_M
     masks = (np.ones_like(seen), seen, ~seen, np.broadcast_to(dent, seen.shape))
     figures = {}
     for kind in KINDS:
-        values = getattr(errors, f"{kind}_m")[frames] * MILLIMETRES
+        values = errors[kind][frames] * MILLIMETRES
         for region, mask in zip(REGIONS, masks, strict=True):
             figures[f"{kind}_mean_{region}_mm"] = _over(values, mask)
             figures[f"{kind}_rms_{region}_mm"] = _over(values**2, mask) ** 0.5
@@ -236,3 +248,9 @@ def _volume_figures(found_m3: float, true_m3: float) -> dict:
         "true_volume_change_cm3": true_m3 * CUBIC_CENTIMETRES,
         "volume_change_of_true_percent": 100 * found_m3 / true_m3,
     }
+
+
+def _rounded(table: pd.DataFrame) -> pd.DataFrame:
+    """Figures to the digits that mean something."""
+    measured = table.select_dtypes("number").columns.difference(["frame", "vertices", "captures"])
+    return table.assign(**{name: significant(table[name], DIGITS) for name in measured})

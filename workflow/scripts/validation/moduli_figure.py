@@ -8,10 +8,10 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-
 from palpate.json_fields import read_all, read_by_folder
 from palpate.modulus import IDENTIFIED, VERDICTS
-from palpate.report.moduli_table import compared, truth_of
+from palpate.report.estimate_rows import compared
+from palpate.report.own_moduli import QUANTITIES
 from palpate.report.style import (
     BLACK,
     BLUE,
@@ -22,16 +22,11 @@ from palpate.report.style import (
     panel_letter,
     sensor_name,
 )
-from palpate.units import KILOPASCALS
+from validation.measured import truth_of
 
 # Of captures on an axis.
 MOST_NAMES = 12
 COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
-ROWS = {
-    "effective_reduced_modulus_pa": ("effective E* (kPa)", KILOPASCALS),
-    "youngs_modulus_pa": ("E (kPa)", KILOPASCALS),
-    "poisson_ratio": ("Poisson's ratio", 1.0),
-}
 
 
 def make_direct_moduli(inputs: Any, params: Any) -> Figure:
@@ -63,9 +58,9 @@ def direct_moduli(
     objects = list(dict.fromkeys(group["object"] for group in groups))
     width = [max(sum(c["object"] == name for c in captures), 4) + 4 for name in objects]
     figure, axes = plt.subplots(
-        len(ROWS),
+        len(QUANTITIES),
         len(objects),
-        figsize=(PAGE_IN, 1.75 * len(ROWS)),
+        figsize=(PAGE_IN, 1.75 * len(QUANTITIES)),
         sharex="col",
         squeeze=False,
         width_ratios=width,
@@ -74,7 +69,7 @@ def direct_moduli(
         mine = [(c, s) for c, s in zip(captures, singles, strict=True) if c["object"] == name]
         ours = [(g, j) for g, j in zip(groups, joints, strict=True) if g["object"] == name]
         places = _places(mine, ours)
-        for panel, (quantity, (_, scale)) in zip(column, ROWS.items(), strict=True):
+        for panel, (quantity, (_, scale)) in zip(column, QUANTITIES.items(), strict=True):
             _draw(panel, places, quantity, scale)
             if name in materials:
                 truth = truth_of(materials[name])[quantity] * scale
@@ -84,9 +79,9 @@ def direct_moduli(
         _name_captures(column[-1], places)
     for panel, letter in zip(axes.flat, ascii_lowercase, strict=False):
         panel_letter(panel, letter)
-    for row, (label, _) in zip(axes, ROWS.values(), strict=True):
+    for row, (label, _) in zip(axes, QUANTITIES.values(), strict=True):
         row[0].set_ylabel(label)
-    given = {found[name]["verdict"] for found in (*singles, *joints) for name in ROWS}
+    given = {found[name]["verdict"] for found in (*singles, *joints) for name in QUANTITIES}
     _legend(figure, groups, bool(materials), given)
     return finished(figure, {capture["provenance"] for capture in captures})
 
@@ -111,15 +106,8 @@ def _draw(panel: Axes, places: Sequence, quantity: str, scale: float) -> None:
         known = found[quantity]["verdict"] == IDENTIFIED
         width = 2.2 if together else 0.9
         panel.plot([place] * 2, [low, high], color=colour, lw=width, solid_capstyle="butt")
-        panel.plot(
-            place,
-            value,
-            marker="D" if together else "o",
-            ms=5 if together else 3,
-            color=colour,
-            mfc=colour if known else "white",
-            mew=0.8,
-        )
+        look = {"marker": "D", "ms": 5} if together else {"marker": "o", "ms": 3}
+        panel.plot(place, value, color=colour, mfc=colour if known else "white", mew=0.8, **look)
 
 
 def _name_captures(panel: Axes, places: Sequence) -> None:

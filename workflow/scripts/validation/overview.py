@@ -7,16 +7,13 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from palpate.json_fields import read_all, read_by_folder
-from palpate.report.moduli_figure import COLOURS
-from palpate.report.moduli_table import truth_of
+from palpate.report.own_moduli import QUANTITIES
 from palpate.report.style import BLACK, GREY, PAGE_IN, finished, sensor_name
 from palpate.report.surface_figures import TrackedView, photo_panel, read_view, section_panel
-from palpate.units import KILOPASCALS
+from validation.measured import truth_of
+from validation.moduli_figure import COLOURS
 
-QUANTITIES = {
-    "youngs_modulus_pa": ("E (kPa)", KILOPASCALS),
-    "poisson_ratio": ("Poisson's ratio", 1.0),
-}
+SHOWN = ("youngs_modulus_pa", "poisson_ratio")
 
 
 def make_overview(inputs: Any, params: Any) -> Figure:
@@ -58,7 +55,8 @@ def overview(
     section.set_title("Its dent, as the camera saw it")
     section.set_xlabel("From the contact (mm)")
     section.legend(loc="lower center", fontsize=6, handlelength=1.4, ncols=3, columnspacing=1)
-    for row, (quantity, (label, scale)) in enumerate(QUANTITIES.items()):
+    for row, quantity in enumerate(SHOWN):
+        label, scale = QUANTITIES[quantity]
         panel = figure.add_subplot(grid[row, 2])
         _intervals(panel, groups, joints, quantity, scale)
         panel.axvline(truth[quantity] * scale, color=BLACK, lw=0.8, ls="--", zorder=0)

@@ -6,15 +6,16 @@ import numpy as np
 import pandas as pd
 import pytest
 import trimesh
+from palpate.report import style
 from palpate.solid.indentation_table import IndentationModel
 from palpate.surface.pose import to_camera
 from palpate.surface.tracked import Tracked
 from scipy.spatial.transform import Rotation
-from thesis.accuracy.indentation import displacement_ratios
-from thesis.accuracy.tracking import (
-    accuracy_rows,
+from validation import tracking_dots
+from validation.indentation import displacement_ratios
+from validation.tracking import (
+    accuracy_row,
     averages,
-    one_row,
     tracked_errors,
     untracked,
     vertex_errors,
@@ -76,33 +77,29 @@ def moved(tracked, shift):
     return replace(tracked, vertices_m=tracked.vertices_m + shift)
 
 
-def rows_of(truth, tracked):
-    return {row["frames"]: row for row in accuracy_rows(truth, tracked)}
-
-
 def test_no_error_is_found_where_there_is_none(truth, right):
     errors = vertex_errors(truth, right)
-    for lengths in (errors.place_m, errors.displacement_m, errors.surface_m):
+    for lengths in (errors[kind] for kind in ("place", "displacement", "surface")):
         assert lengths.shape == right.observed.shape
         assert lengths.max() < 1e-7
-    row = rows_of(truth, right)["deepest"]
+    row = accuracy_row(truth, right)
     assert row["volume_change_of_true_percent"] == pytest.approx(100, abs=1e-4)
 
 
 def test_a_shifted_surface_is_off_by_the_shift(truth, right):
-    found = rows_of(truth, moved(right, SHIFT_M))
-    for row in found.values():
+    row = accuracy_row(truth, moved(right, SHIFT_M))
+    for frames in ("", "contact_"):
         for region in ("all", "observed", "unobserved", "dent"):
             for kind in ("displacement_mean", "displacement_rms", "place_mean", "place_rms"):
-                assert row[f"{kind}_{region}_mm"] == pytest.approx(5.0, abs=1e-3)
+                assert row[f"{frames}{kind}_{region}_mm"] == pytest.approx(5.0, abs=1e-3)
         # Seen from the surface, only the shift along the normals counts: |cos| has mean 1/2.
-        assert row["surface_mean_all_mm"] == pytest.approx(2.5, rel=0.06)
+        assert row[f"{frames}surface_mean_all_mm"] == pytest.approx(2.5, rel=0.06)
 
 
 def test_an_error_of_the_alignment_stays_out_of_the_displacement(truth, right):
     """The template lies 5 mm off and the tracker moves it as the truth moves."""
     shifted = replace(moved(right, SHIFT_M), rest_m=right.rest_m + SHIFT_M)
-    row = rows_of(truth, shifted)["deepest"]
+    row = accuracy_row(truth, shifted)
     assert row["place_mean_all_mm"] == pytest.approx(5.0, abs=1e-3)
     # The displacement, 2.5 mm along the radius, is another where the template lies.
     assert row["displacement_mean_all_mm"] < 0.05 * row["place_mean_all_mm"]
@@ -110,7 +107,7 @@ def test_an_error_of_the_alignment_stays_out_of_the_displacement(truth, right):
 
 def test_regions_are_measured_apart(truth, right):
     shift = np.where(right.observed[..., None], 0.001, 0.004) * np.array([0.6, 0.0, 0.8])
-    row = rows_of(truth, moved(right, shift))["contact"]
+    row = accuracy_row(truth, moved(right, shift))
     seen = right.observed[0].mean()
     assert row["place_mean_observed_mm"] == pytest.approx(1.0, abs=1e-3)
     assert row["place_mean_unobserved_mm"] == pytest.approx(4.0, abs=1e-3)
@@ -123,7 +120,7 @@ def test_regions_are_measured_apart(truth, right):
 def test_an_unobserved_dent(truth, right):
     dent = np.linalg.norm(right.template_m - right.contact_point_m, axis=1) < 0.010
     shift = dent[None, :, None] * np.array([0.002, 0.0, 0.0])
-    row = rows_of(truth, moved(replace(right, observed=right.observed & ~dent), shift))["deepest"]
+    row = accuracy_row(truth, moved(replace(right, observed=right.observed & ~dent), shift))
     assert row["place_mean_dent_mm"] == pytest.approx(2.0, abs=1e-3)
     assert row["place_mean_observed_mm"] == pytest.approx(0.0, abs=1e-3)
     assert row["place_mean_unobserved_mm"] == pytest.approx(
@@ -133,12 +130,12 @@ def test_an_unobserved_dent(truth, right):
 
 def test_no_tracking_is_off_by_the_true_displacement(truth, right):
     still = untracked(right)
-    found = rows_of(truth, still)
-    assert found["deepest"]["frame"] == 2
-    assert found["deepest"]["displacement_mean_all_mm"] == pytest.approx(2.5, abs=1e-3)
+    found = accuracy_row(truth, still)
+    assert found["frame"] == 2
+    assert found["displacement_mean_all_mm"] == pytest.approx(2.5, abs=1e-3)
     mean = -1e3 * RADIUS_M * GROWTH[DEPTH_M > 0].mean()
-    assert found["contact"]["displacement_mean_all_mm"] == pytest.approx(mean, abs=1e-3)
-    assert found["deepest"]["volume_change_of_true_percent"] == pytest.approx(0, abs=1e-6)
+    assert found["contact_displacement_mean_all_mm"] == pytest.approx(mean, abs=1e-3)
+    assert found["volume_change_of_true_percent"] == pytest.approx(0, abs=1e-6)
     assert (still.observed == right.observed).all()
 
 
@@ -148,7 +145,7 @@ def test_volumes_are_those_of_the_balls(truth, right):
     assert true == pytest.approx(whole * ((1 + GROWTH) ** 3 - 1), rel=1e-9)
     assert found == pytest.approx(true, abs=1e-12)
     half = replace(right, vertices_m=(right.vertices_m + right.rest_m) / 2)
-    row = rows_of(truth, half)["deepest"]
+    row = accuracy_row(truth, half)
     ratio = ((1 + GROWTH[2] / 2) ** 3 - 1) / ((1 + GROWTH[2]) ** 3 - 1)
     assert row["volume_change_of_true_percent"] == pytest.approx(100 * ratio, rel=1e-6)
 
@@ -160,7 +157,7 @@ def test_one_frame_as_the_accuracy_of_every_stage_takes_it(truth, right):
 
 
 def test_a_region_without_vertices_has_no_figures(truth, right):
-    row = rows_of(truth, replace(right, observed=np.ones_like(right.observed)))["deepest"]
+    row = accuracy_row(truth, replace(right, observed=np.ones_like(right.observed)))
     assert np.isnan(row["place_mean_unobserved_mm"])
     assert row["place_mean_observed_mm"] == pytest.approx(0.0, abs=1e-3)
 
@@ -168,7 +165,7 @@ def test_a_region_without_vertices_has_no_figures(truth, right):
 def test_averages_are_over_captures(truth, right):
     known = {"object": "ball", "sensor": "kinect", "tracker": "study", "provenance": "simulated"}
     rows = [
-        known | one_row(accuracy_rows(truth, moved(right, shift))) | {"seconds_per_frame": 1.0}
+        known | accuracy_row(truth, moved(right, shift)) | {"seconds_per_frame": 1.0}
         for shift in (0, 2 * SHIFT_M)
     ]
     assert rows[0]["contact_place_mean_all_mm"] == pytest.approx(0.0, abs=1e-3)
@@ -181,9 +178,9 @@ def test_averages_are_over_captures(truth, right):
 
 def test_bad_truth_is_refused(truth, right):
     with pytest.raises(ValueError, match="surface_m: expected 4 frames as tracked, found 3"):
-        accuracy_rows(truth | {"surface_m": truth["surface_m"][:3]}, right)
+        accuracy_row(truth | {"surface_m": truth["surface_m"][:3]}, right)
     with pytest.raises(ValueError, match="depth_m: expected a frame in contact, found none"):
-        accuracy_rows(truth | {"depth_m": -np.ones(4)}, right)
+        accuracy_row(truth | {"depth_m": -np.ones(4)}, right)
 
 
 def test_displacements_of_a_table_by_rings(ball):
@@ -206,3 +203,31 @@ def test_displacements_of_a_table_by_rings(ball):
     }
     near = replace(table, surface_rest_m=rest / 10, point_m=point / 10)
     assert list(displacement_ratios(near, small, 0, 0.3, 0.005)) == ["displacement_ratio_8_20_mm"]
+
+
+@pytest.fixture
+def errors():
+    rows = [
+        {"object": "foam_ball", "sensor": sensor, "capture": f"{k:02d}", "tracker": tracker,
+         "displacement_mean_dent_mm": size * k, "provenance": "simulated",
+         "displacement_mean_all_mm": size * k / 5}
+        for sensor in ("bumblebee", "kinect") for k in (1, 2, 3)
+        for tracker, size in (("none", 2.0), ("study", 0.5), ("elastic", 0.3))
+    ]  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def test_dots_and_medians_of_every_tracker(errors):
+    with style.journal():
+        figure = tracking_dots.tracking_accuracy(errors)
+    lines = figure.axes[0].get_lines()
+    assert len(lines) == 6
+    assert len(lines[0].get_xdata()) == 3
+    assert lines[3].get_ydata()[0] == pytest.approx(1.0)
+    assert figure.axes[0].get_yscale() == "log"
+    style.plt.close(figure)
+
+
+def test_errors_of_no_capture_are_refused(errors):
+    with pytest.raises(ValueError, match="table: expected captures, found none"):
+        tracking_dots.tracking_accuracy(errors[:0])

@@ -12,14 +12,13 @@ from palpate.report.style import (
     BLUE,
     GREEN,
     GREY,
-    ORANGE,
     PAGE_IN,
     label_provenance,
     panel_letter,
     sensor_name,
 )
-
-from thesis.accuracy.fidelity import (
+from validation.moduli_figure import COLOURS
+from validation.published_noise import (
     REAL_PLANES_MM,
     disparity_std_px,
     khoshelham_noise_m,
@@ -27,8 +26,6 @@ from thesis.accuracy.fidelity import (
     product_px_m,
     stereo_noise_m,
 )
-
-COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
 
 
 def fidelity_figure(

@@ -1,0 +1,217 @@
+"""Rows of a summary: what each method found of each object, sensor and capture."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+
+import numpy as np
+import pandas as pd
+
+from palpate.estimate.direct.warnings import Estimated, exclusions
+from palpate.modulus import (
+    BOUNDED,
+    INTERVAL,
+    LABELS,
+    NOT_JUDGED,
+    Modulus,
+    bounded_at_best,
+    columns,
+)
+from palpate.report.style import sensor_name
+from palpate.report.tables import CAPTURE, JUDGED
+
+STAR = "reduced_modulus_pa"
+# Of these a summary says how well what was compared could tell them.
+INFORMED = ("effective_reduced_modulus_pa", "youngs_modulus_pa", "poisson_ratio")
+# Of the direct estimate: depth of the effective modulus, the law, captures and frames in it,
+# residuals over what was stated, information limit.
+LAWS = ("force_law", "force_law_std", "motion_law", "motion_law_std")
+SCALES = ("motion_scale", "motion_sharing", "depth_scale")
+COLUMNS = [
+    *CAPTURE,
+    "method",
+    "recommended",
+    *(column for name in LABELS for column in columns(name)),
+    "youngs_modulus_std_pa",
+    "poisson_ratio_std",
+    "poisson_ratio_reason",
+    "at_bound",
+    "effective_depth_m",
+    *LAWS,
+    "captures",
+    "frames",
+    *SCALES,
+    *(f"{n.removesuffix('_pa')}_{kind}" for n in INFORMED for kind in ("bound", "efficiency")),
+    "doubts",
+    "provenance",
+]
+# Captures of an estimate from all of an object and a sensor, and its method.
+TOGETHER, JOINT, ONE = "all", "direct_joint", "direct"
+# Of a curve: Hertz's E*; and E by the indentation table of the object's own shape.
+BY_HERTZ, BY_TABLE = "curve_hertz", "curve_table"
+DOUBTABLE = ("youngs_modulus_pa", STAR)
+UNTOLD = "a curve does not tell it"
+
+
+def row(known: Mapping, method: str, moduli: Mapping[str, Modulus], **more: object) -> dict:
+    """One row: what it is of, by which method, each modulus with its interval and verdict.
+
+    Parameters
+    ----------
+    known : mapping
+        ``object, sensor, capture, point, provenance``.
+    method : str
+    moduli : mapping
+        By the column of the value.
+    **more
+        Further columns.
+    """
+    found = {name: known[name] for name in CAPTURE} | {"method": method}
+    for name, one in moduli.items():
+        found |= one.cells(name)
+    return found | more | {"provenance": known["provenance"]}
+
+
+def summary(rows: Sequence[Mapping]) -> pd.DataFrame:
+    """One row for each object, sensor, capture and method, and for all captures together.
+
+    Intervals are at 95 %. A modulus without one has the verdict ``not judged``.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        Of `row`; columns that are none of a summary's are left out.
+    """
+    whole = pd.DataFrame(rows, columns=COLUMNS, dtype=object)
+    whole["recommended"] = whole["recommended"].fillna(False).astype(bool)
+    for name in JUDGED:
+        _, low, _, verdict = columns(name)
+        unjudged = whole[name].notna() & whole[verdict].isna()
+        told = np.where(whole.loc[unjudged, low].notna(), INTERVAL, NOT_JUDGED)
+        whole.loc[unjudged, verdict] = told
+    return whole.sort_values([*CAPTURE, "method"]).reset_index(drop=True)
+
+
+def hertz_rows(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> Iterator[dict]:
+    """Rows of the hertz.json of captures: depth as recorded, contact point free, recommended.
+
+    E* of the recommended model is *not judged* where something speaks against its law.
+    """
+    for capture, fit in zip(captures, fits, strict=True):
+        plain = Modulus(fit["study"][STAR], None, None, None, "Pa")
+        yield row(capture, "hertz", {STAR: plain})
+        for name in ("free_contact", "recommended"):
+            found = fit[name]
+            verdict = NOT_JUDGED if name == "recommended" and found["doubts"] else None
+            ends = found["reduced_modulus_interval_pa"]
+            yield row(capture, f"hertz_{name}", {STAR: Modulus(found[STAR], *ends, verdict, "Pa")})
+
+
+def curve_rows(curves: Sequence[Mapping], found: Sequence[Mapping]) -> Iterator[dict]:
+    """Two rows of each curve: E* by Hertz, and E for the declared Poisson's ratio.
+
+    Parameters
+    ----------
+    curves : sequence of mapping
+        Described curves.
+    found : sequence of mapping
+        Their curve.json.
+    """
+    for curve, one in zip(curves, found, strict=True):
+        hertz, doubts = one["hertz"], one["doubts"]
+        ends = hertz["reduced_modulus_interval_pa"]
+        yield row(curve, BY_HERTZ, {STAR: Modulus(hertz[STAR], *ends, None, "Pa")})
+        # Of what may have been read or fitted otherwise an interval says too little.
+        bounded = {columns(name)[-1]: BOUNDED for name in DOUBTABLE * bool(doubts)}
+        yield row(
+            curve,
+            BY_TABLE,
+            {name: Modulus(**judged) for name, judged in one["moduli"].items()},
+            **bounded,
+            recommended=True,
+            captures=1,
+            poisson_ratio_reason=UNTOLD,
+            doubts="; ".join(doubts),
+            **{name: one[name] for name in LAWS[:2]},
+        )
+
+
+def direct_rows(
+    captures: Sequence[Mapping],
+    singles: Sequence[Mapping],
+    groups: Sequence[Mapping],
+    joints: Sequence[Mapping],
+) -> Iterator[dict]:
+    """Direct estimates, one row for each capture and each object and sensor.
+
+    The recommended row of an object and a sensor is the estimate from all its captures together;
+    of an object with one capture they are the same.
+
+    Parameters
+    ----------
+    captures, singles : sequences of mapping
+        Described captures and their direct.json.
+    groups, joints : sequences of mapping
+        ``object, sensor, provenance`` and the direct.json of all captures of each.
+    """
+    singles, joints = compared(captures, singles, groups, joints)
+    for capture, found in zip(captures, singles, strict=True):
+        yield _direct_row(capture, ONE, found, recommended=False)
+    for group, found in zip(groups, joints, strict=True):
+        known = {"capture": TOGETHER, "point": TOGETHER} | dict(group)
+        yield _direct_row(known, JOINT, found, recommended=True)
+
+
+def compared(
+    captures: Sequence[Mapping],
+    singles: Sequence[Mapping],
+    groups: Sequence[Mapping],
+    joints: Sequence[Mapping],
+) -> tuple[list[dict], list[dict]]:
+    """Singles and joints with what those of the same object say against them (`exclusions`).
+
+    Nothing is identified of a joint estimate that others speak against.
+    """
+    of, found = [*captures, *groups], [*map(dict, singles), *map(dict, joints)]
+    for name in {each["object"] for each in groups}:
+        mine = [k for k, each in enumerate(of) if each["object"] == name]
+        said = exclusions([_estimated(of[k], found[k], joint=k >= len(captures)) for k in mine])
+        for k, lines in zip(mine, said, strict=True):
+            if lines and k >= len(captures):
+                moduli = {key: Modulus(**one) for key, one in found[k].items() if _is_modulus(one)}
+                found[k] |= {key: asdict(one) for key, one in bounded_at_best(moduli).items()}
+            found[k]["doubts"] = [*found[k]["doubts"], *lines]
+    return found[: len(captures)], found[len(captures) :]
+
+
+def _estimated(of: Mapping, found: Mapping, *, joint: bool) -> Estimated:
+    which = "all captures" if joint else f"capture {of['capture']}"
+    moduli = {name: Modulus(**found[name]) for name in LABELS}
+    return Estimated(f"{which} by {sensor_name(of['sensor'])}", moduli, joint)
+
+
+def _is_modulus(value: object) -> bool:
+    return isinstance(value, Mapping) and "verdict" in value
+
+
+def _direct_row(known: Mapping, method: str, found: Mapping, *, recommended: bool) -> dict:
+    informed = {
+        f"{name.removesuffix('_pa')}_{kind}": value
+        for name in INFORMED
+        for kind, value in found["information"][name].items()
+    }
+    law = found["law"]
+    values = (law[kind][end] for kind in ("force", "motion") for end in ("value", "std"))
+    residuals = {name: float(np.median([r[name] for r in found["residuals"]])) for name in SCALES}
+    return row(
+        known,
+        method,
+        {name: Modulus(**found[name]) for name in LABELS},
+        recommended=recommended,
+        effective_depth_m=found["effective"]["depth_m"],
+        **dict(zip(LAWS, values, strict=True)),
+        captures=len(found["captures"]),
+        frames=sum(found["frames"]),
+        **residuals,
+        **informed,
+        **({"doubts": "; ".join(found["doubts"])} if found["doubts"] else {}),
+    )

@@ -1,1 +1,0 @@
-"""How right results are, against the virtual lab's truth."""
