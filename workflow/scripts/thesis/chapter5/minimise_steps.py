@@ -143,7 +143,8 @@ def _minima(inputs: Any, params: Any, changes: Mapping, tracked: Tracked, kept: 
     rows = []
     for error in params.errors:
         objective = Objective(problem, error, kept)
-        moduli = fit_moduli(objective, fit["study"]["reduced_modulus_pa"], options)
+        E_star = fit["study"]["reduced_modulus_pa"]
+        moduli = fit_moduli(objective, E_star, options, norms=["length"])
         rows.append(
             {"error": error, "nodes": len(problem.mesh.nodes_m)}
             | {name: getattr(moduli.minimum, name) for name in MINIMUM}

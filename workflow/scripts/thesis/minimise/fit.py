@@ -1,6 +1,6 @@
 """The moduli of one measured deformation: start, search, profile, and what they are worth."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 
@@ -17,6 +17,8 @@ from thesis.minimise.search import Minimum, hertz_start, minimise_error, touches
 from thesis.minimise.uncertainty import gradient, independent_patches, scatter
 
 NORMS = ("length", "square")
+# Of the error by reduced models, over the largest displacement.
+TOLERANCE = 1e-5
 FORCE_TERM, AT_BOUND, ALIKE = "force term", "at a bound", "gaps agree over the surface"
 
 
@@ -61,7 +63,7 @@ class Best:
 
 @dataclass(frozen=True)
 class PoissonProfile:
-    """Smallest error for each Poisson's ratio, which tells whether nu is identifiable at all.
+    """Smallest error for each Poisson's ratio, which shows whether nu is identifiable at all.
 
     Attributes
     ----------
@@ -71,7 +73,7 @@ class PoissonProfile:
     errors_m : tuple of float
         That error [m].
     interval : (float, float) or None
-        Poisson's ratios that the error does not tell from the best, at 95 %.
+        Poisson's ratios that the error does not distinguish from the best, at 95 %.
     verdict : {"identified", "bounded", "not identified", "not judged"}
         Inside the range and narrow; reaching one end of it, or wide; reaching both, or nothing but
         gaps that agree over the surface or a minimum at a bound; with the force term, which is
@@ -89,8 +91,8 @@ class PoissonProfile:
 class ModuliFit:
     """Minimum with its trace, best moduli by norm, profile over nu.
 
-    ``reduced_model_error`` is the difference between the error by reduced models and by whole
-    solutions at the minimum, over the largest displacement.
+    ``reduced_model_error`` is the largest difference between the error by reduced models and by
+    whole solutions, at the minimum and at the profile's ends, over the largest displacement.
     """
 
     minimum: Minimum
@@ -99,7 +101,9 @@ class ModuliFit:
     reduced_model_error: float
 
 
-def fit_moduli(objective: Objective, E_star: float, options: Minimise) -> ModuliFit:
+def fit_moduli(
+    objective: Objective, E_star: float, options: Minimise, *, norms: Sequence[str] = NORMS
+) -> ModuliFit:
     """Search the moduli from Hertz's start as the study does, and along the error's valley.
 
     Parameters
@@ -108,19 +112,25 @@ def fit_moduli(objective: Objective, E_star: float, options: Minimise) -> Moduli
     E_star : float
         Reduced modulus of the Hertz fit [Pa].
     options : Minimise
+    norms : sequence of str, optional
+        Of the valleys; "length", which judges the profile, among them.
 
     Raises
     ------
     ValueError
-        If the start lies outside the bounds.
+        If the start lies outside the bounds, or reduced models differ from whole solutions.
     """
     start = hertz_start(objective, E_star, options.start_poisson_ratios)
     minimum = minimise_error(objective, start, options)
-    place = minimum.youngs_modulus_pa, minimum.poisson_ratio
-    valleys = {norm: Valley(objective, options, norm) for norm in NORMS}
+    valleys = {norm: Valley(objective, options, norm) for norm in norms}
     fits = {norm: valley.best() for norm, valley in valleys.items()}
     profile = poisson_profile(valleys["length"], fits["length"])
-    error = abs(objective(*place) - objective.full(*place)) / objective.largest_m
+    along = list(zip(profile.youngs_moduli_pa, profile.poisson_ratios, strict=True))
+    places = [(minimum.youngs_modulus_pa, minimum.poisson_ratio), along[0], along[-1]]
+    error = max(abs(objective(*at) - objective.full(*at)) for at in places) / objective.largest_m
+    if error > TOLERANCE:
+        expected = f"ratios for which reduced models are right to {TOLERANCE:g}"
+        raise ValueError(f"poisson_ratio_bounds: expected {expected}, found {error:.2g}")
     return ModuliFit(minimum, fits, profile, error)
 
 
@@ -164,10 +174,8 @@ class Valley:
         def slope(x: float) -> float:
             return gradient(self.objective, np.exp(x), nu, self.norm)[0]
 
-        if slope(low) >= 0 or slope(high) <= 0:
-            x = low if slope(low) >= 0 else high
-        else:
-            x = brentq(slope, low, high, xtol=1e-14)
+        between = slope(low) < 0 < slope(high)
+        x = brentq(slope, low, high, xtol=1e-14) if between else grid[best]
         E = float(np.exp(x))
         return nu, E, self.objective(E, nu, self.norm)
 

@@ -41,7 +41,7 @@ class Minimise(Load):
     )
     profile_poisson_ratios: Annotated[tuple[Ratio, ...], increasing] = option(
         (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30, 0.35, 0.40, 0.45, 0.475, 0.49, 0.499),
-        "of the profile",
+        "of the profile, beside the ends of the search",
         min_length=3,
     )
     patch_m: Length = constant(0.02, "gaps of surface nodes farther apart are taken as independent")

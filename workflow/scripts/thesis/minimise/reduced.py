@@ -67,12 +67,14 @@ def reduced_model(
     for r in np.expm1(places * np.log1p(lame_ratio(HIGHEST))):
         K = combined(K1, K2, r, 1.0)
         solve = solve.refactorise(K) if solve else factorise(K)
-        x = solve(r * b1 + b2)
-        right = b1 - K1 @ x
-        for _ in range(MOMENTS):
-            columns.append(x / np.linalg.norm(x))
+        right = r * b1 + b2
+        for moment in range(MOMENTS):
             x = solve(right)
-            right = K1 @ (x / np.linalg.norm(x))
+            size = np.linalg.norm(x)
+            if size == 0:
+                break
+            columns.append(x / size)
+            right = K1 @ columns[-1] if moment else b1 - K1 @ x
     V, s, _ = np.linalg.svd(np.column_stack(columns), full_matrices=False)
     V = V[:, s > DEPENDENT * s[0]]
     poles, Q = eigh(V.T @ (K1 @ V), V.T @ (K2 @ V))
