@@ -114,19 +114,15 @@ def steps(cube):
     return SimulatedSteps(cube, triangle, force, displacement)
 
 
-def test_the_last_step_is_posed(steps):
+def test_the_last_step_is_posed_with_the_modulus_of_its_triangles_area(steps):
     problem, nodes = pose_simulation(steps, SUPPORT), steps.mesh.surface_nodes()
     known = problem.displacement_m
     assert np.array_equal(known[nodes], steps.displacement_m[1, nodes])
     assert np.isnan(np.delete(known, nodes, axis=0)).all()
     assert problem.total_force_n == pytest.approx(3.0)
-
-
-def test_modulus_of_uniform_pressure_on_a_circle_of_the_triangles_area(steps):
-    """An edge of 25 mm to two sides: 312.5 mm^2 go 2 mm down under 3 N."""
+    # Uniform pressure on a circle of its area: 25 mm to two sides go 2 mm down under 3 N.
     area = 0.5 * 0.025**2
     expected = 16 * (3.0 / area) * np.sqrt(area / np.pi) / (3 * np.pi * 0.002)
-    problem = pose_simulation(steps, SUPPORT)
     assert pressed_area_modulus(problem, steps.triangle) == pytest.approx(expected)
 
 

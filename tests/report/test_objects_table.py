@@ -1,4 +1,4 @@
-"""All objects beside one another: what a line says, and the axis of its bar."""
+"""All objects beside one another: bars on one axis."""
 
 import re
 
@@ -24,34 +24,10 @@ def places(text):
     return np.array(dots), np.array(ends, float)
 
 
-def test_a_line_says_value_interval_and_verdict():
-    text = section([row(20e3), row(40e3, object="a<b")])
-    assert "20.0 kPa (16.7 to 24.0)" in text and '<span class="verdict">known</span>' in text
-    assert "0.38 (0.30 to 0.45)" in text and "Kinect and 3 captures" in text
-    assert "A&lt;b" in text and "<b" not in text.replace("<br", "").replace("<button", "").replace(
-        "<tbody", ""
-    )
-
-
-def test_bars_stand_beside_the_names_where_a_telephone_shows_them():
-    text = section([row(20e3), row(40e3)])
-    heads = re.findall(r"<button[^>]*>(.*?)</button>|(E on one axis)", text)
-    assert [a or b for a, b in heads][:3] == ["Object", "E on one axis", "E"]
-    assert re.search(r"<tr><th [^>]*>Toy cow.*?</th><td><svg", text)
-
-
-def test_estimates_of_one_object_are_told_apart_beside_its_name():
-    text = section([row(20e3), row(30e3, sensor="curve", capture="back"), row(1e3, object="foam")])
-    names = re.findall(r'<th scope="row" [^>]*>(.*?)</th>', text)
-    assert [re.sub("<[^>]*>", " ", name).split() for name in names] == [
-        ["Toy", "cow", "Kinect"],
-        ["Toy", "cow", "curve", "back"],
-        ["Foam"],
-    ]
-
-
-def test_one_estimate_is_no_table():
+def test_one_estimate_is_no_table_and_names_stay_text():
     assert section([]) == section([row(20e3)]) == ""
+    assert "A&lt;b" in section([row(20e3), row(40e3, object="a<b")])
+    assert 'href="a&amp;b/report.html">A&amp;b</a>' in section([], ["a&b"])
 
 
 def test_bars_share_a_logarithmic_axis():
@@ -59,11 +35,6 @@ def test_bars_share_a_logarithmic_axis():
     assert dots[1] - dots[0] == pytest.approx(dots[2] - dots[1], abs=0.1)
     halves = np.log(1.2) / np.log(10) * (dots[1] - dots[0])
     np.testing.assert_allclose(ends, np.add.outer(dots, [-halves, halves]), atol=0.2)
-
-
-def test_a_wide_interval_has_a_hollow_dot():
-    text = section([row(20e3), row(20e3, ratio=2)])
-    assert text.count('class="dot"') == 1 and text.count('class="dot hollow"') == 1
 
 
 def test_an_object_without_e_has_no_bar_and_one_without_interval_none_about_its_dot():
@@ -87,15 +58,4 @@ def test_an_object_without_e_has_no_bar_and_one_without_interval_none_about_its_
 def test_the_axis_holds_all_between_round_ends(values, expected):
     found = ticks([Modulus(value, None, None, "not judged", "Pa") for value in values])
     np.testing.assert_allclose(found, expected)
-
-
-def test_the_axis_holds_intervals():
     assert ticks([Modulus(30e3, 9e3, 60e3, "bounded", "Pa")]) == [5e3, 10e3, 20e3, 50e3, 100e3]
-
-
-def test_a_name_leads_to_the_object_s_page():
-    text = section([row(20e3), row(40e3, object="foam")], ["toy_cow"])
-    assert '<a href="toy_cow/report.html">Toy cow</a>' in text and ">Foam</th>" in text
-    alone = section([row(20e3)], ["toy_cow"])
-    assert alone == '<p>Results of <a href="toy_cow/report.html">Toy cow</a></p>'
-    assert 'href="a&amp;b/report.html">A&amp;b</a>' in section([], ["a&b"])

@@ -7,13 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from palpate.report.budget_bars import bars, largest
-from palpate.report.data_links import data
 from palpate.report.held import Held
-from palpate.report.other_methods import KNOWN_RULE, PRESUMED, others
+from palpate.report.other_methods import PRESUMED, others
 from palpate.report.own_page import SIMULATED_NOTE, own_page
 from palpate.report.own_words import law
-from palpate.report.press_pictures import Glimpse
-from palpate.report.source_words import SOURCES
 from palpate.report.tables import AT_BOUND_NOTE
 
 ADVISED = {
@@ -120,19 +117,17 @@ def held(poses=POSES, **changes):
     return Held(PRESS, FIT, DIRECT | changes, poses, DEPTH, np.arange(1, 3))
 
 
-def page(
-    pictures=None, glimpses=(), at_bound=False, presses=None, budget=BUDGET, joint=JOINT, **changes
-):
+def page(at_bound=False, presses=None, **changes):
     rows = pd.DataFrame([HERTZ, SEARCHED | {"at_bound": at_bound}, ADVISED | changes])
     return own_page(
         "toy",
         rows,
         presses or [held()],
-        pictures=pictures or {},
-        glimpses=glimpses,
-        joints={"my_cam": joint | {"budget": budget}},
-        settings="*settings of it*",
-        files="*files of it*",
+        pictures={},
+        glimpses=(),
+        joints={"my_cam": JOINT | {"budget": BUDGET}},
+        settings="",
+        files="",
         style="",
     )
 
@@ -143,38 +138,22 @@ def text_of(html):
     return unescape(re.sub(r"\s+", " ", re.sub(r"<[^>]*>", " ", words)))
 
 
-def test_the_first_sentence_tells_all_that_is_recommended():
+def test_the_first_screen_has_the_numbers_and_what_limits_them():
     text = text_of(page())
     first = text[: text.index("How stiff")]
-    assert (
-        "by my_cam and 2 captures: its effective E*, 4.2 mm deep and after 1 s, is 45.0 kPa"
-        in first
-    )
-    assert "Young's modulus E at once is 38.1 kPa (35.0 to 41.0) and" in first
-    assert "Poisson's ratio nu is within 0.20 to 0.49 (likeliest 0.38)." in first
-    assert "Of Poisson's ratio only limits are known" in first
-    assert "E at once is extrapolated to no strain and no time, from depths of 5.6 to" in first
-    assert "to 5.6 mm and times to 3.0 s." in first
-    assert "The recording was all right: all 6 checks of one capture passed." in first
-    limits = "noise of the tip's depth (100 % of effective E*, 100 % of E at once, 100 % of nu)."
-    assert f"What limits it most, by its share of the variance: {limits}" in first
-    assert "In brackets: 95 % intervals. E* is" in first
-
-
-def test_moduli_have_intervals_and_words():
-    text = text_of(page())
+    assert "its effective E*, 4.2 mm deep and after 1 s, is 45.0 kPa" in first
+    assert "E at once is 38.1 kPa (35.0 to 41.0) and" in first
+    assert "nu is within 0.20 to 0.49 (likeliest 0.38)." in first
+    assert "from depths of 5.6 to" in first and "to 5.6 mm and times to 3.0 s." in first
+    assert "all 6 checks of one capture passed." in first
+    assert "(100 % of effective E*, 100 % of E at once, 100 % of nu)." in first
     assert "effective E* 45.0 kPa 44.0 to 46.0 known" in text
     assert "nu 0.38 0.20 to 0.49 within limits" in text
     assert "E after 1 s 35.0 kPa 34.0 to 36.0 known" in text
-
-
-def test_what_follows_from_them_is_told():
-    text = text_of(page())
     assert "G 13.8 kPa" in text and "K 35.0 kPa or more" in text
-    assert "mean strain of 18 %, 2.8 mm deep, a second after a step" in text
+    assert "mean strain of 18 %, 2.8 mm deep" in text
     assert "the tip was there 1.0 s after the touch (18 % a second)" in text
     assert "deepest after 2.0 s" in text
-    assert "settings of it" in text
 
 
 def test_times_that_were_recorded_are_known_and_no_later_ones():
@@ -184,9 +163,6 @@ def test_times_that_were_recorded_are_known_and_no_later_ones():
     long = held(poses=POSES.assign(time_s=[0.0, 2.0, 12.0]))
     text = text_of(page(presses=[short, long]))
     assert "extrapolated:" not in text
-
-
-def test_a_frame_in_which_the_probe_was_not_seen_is_told():
     text = text_of(page(presses=[held(poses=POSES.assign(detected=[1, 0, 1]))]))
     assert "probe found in the pictures from touch to deepest: 1 of 2, good is all" in text
 
@@ -219,15 +195,6 @@ def test_a_recommended_curve_without_the_effective_one():
     assert "was assumed, not measured" in text and "The force rises" not in text
 
 
-def test_bars_are_parts_of_the_variance():
-    html = page()
-    assert 'style="width:100.0%"' in html and "±0.5 mm" in html
-    assert "clocks" not in html
-    words = SOURCES["noise of the depth"]
-    told = f"{words.advice} (for effective E*, E at once, nu: {words.name})"
-    assert told in text_of(html).replace(" )", ")").replace("( ", "(")
-
-
 def test_bars_add_up():
     parts = (0.03, 0.03, 0.04, 0.01), (0.04, 0.04, 0.03, 0.02)
     rows = [source("clocks", *parts[0]), source("noise of the depth", *parts[1])]
@@ -235,10 +202,8 @@ def test_bars_add_up():
     widths = [float(one) for one in re.findall(r"width:([\d.]+)%", html)]
     # The larger of the two in anything comes first: nu, 4 to 1.
     assert widths == [64.0, 36.0, 80.0, 36.0, 64.0, 20.0]
-    depth, clocks = (SOURCES[name] for name in ("noise of the depth", "clocks"))
-    assert html.index(depth.advice) < html.index(clocks.advice)
-    told = f"{depth.name} (64 % of effective E*, 80 % of nu), {clocks.name} (64 % of E at once)."
-    assert largest(rows).endswith(told)
+    told = largest(rows)
+    assert "(64 % of effective E*, 80 % of nu), " in told and "(64 % of E at once)." in told
 
 
 @pytest.mark.parametrize(
@@ -256,20 +221,6 @@ def test_a_source_is_known_to_so_much_of_what(name, std, unit, told):
     row = source(name, 0.02, 0.02, 0.02, 0.02) | {"standard_uncertainty": std, "unit": unit}
     text = text_of(bars([row]))
     assert told in text
-    heads = "source known to share of effective E* share of E at once share of nu"
-    assert heads in text and text.index(heads) < text.index(told)
-
-
-def test_a_command_in_advice_stands_as_one():
-    html = bars([source("tip of the probe", 0.02, 0.02, 0.02, 0.02)])
-    command = "<code>palpate calibrate tip</code>"
-    assert command in html and "place of the ball" in html and "`" not in html
-
-
-def test_just_the_verdicts_that_occur_are_explained():
-    text = text_of(page())
-    assert "(bounded in the tables)" in text and "(identified in the tables)" in text
-    assert "(not identified in the tables)" not in text
 
 
 @pytest.mark.parametrize(
@@ -289,8 +240,7 @@ def test_a_recording_that_fails_a_check_is_told_first(changes, told):
     assert f": {told}, good is " in first and f"✗ {told}" in text
 
 
-def test_a_zero_is_held_to_what_the_estimate_knew_of_it():
-    """5 mm are much of 1 mm, and little of 3."""
+def test_an_offset_within_its_uncertainty_passes():
     far = {"offset_m": -0.005, "offset_std_m": 0.003}
     assert "all 6 checks of one capture passed" in text_of(page(presses=[held(nuisances=[far])]))
 
@@ -304,14 +254,6 @@ def test_a_search_that_ended_at_a_bound_is_told():
     text = text_of(page(at_bound=True))
     assert text.count("(at a bound)") == 3 and AT_BOUND_NOTE in text
     assert "(at a bound)" not in text_of(page())
-
-
-def test_other_methods_are_closed():
-    html = page()
-    inside = html[html.index("<details>") : html.index("</details>")]
-    assert "files of it" in html[html.rindex("<details>") :]
-    assert "depth as recorded" in inside and KNOWN_RULE in unescape(inside)
-    assert "depth as recorded" not in html.replace(inside, "")
 
 
 def other_methods(*rows):
@@ -334,52 +276,9 @@ def test_others_are_told_by_what_is_on_the_page():
     assert "rest on less" not in other_methods()
 
 
-def test_e_and_nu_have_their_verdicts():
-    assert "nu E is nu is" in other_methods() and "known within limits" in other_methods()
-
-
 def test_simulated_captures_are_told_and_recorded_ones_not():
     assert SIMULATED_NOTE in page(provenance="simulated")
     assert SIMULATED_NOTE not in page()
-
-
-def test_pictures_are_in_the_page():
-    html = page({"moduli": b"abc"}, [Glimpse(b"xyz", "a frame", "what is seen")])
-    assert "a frame: what is seen." in html and "What is seen." in html
-    assert 'src="data:image/png;base64,YWJj"' in html and "diamonds" in html
-    assert html.count('alt="a frame" src="data:image/jpeg;base64,eHl6"') == 2
-
-
-def test_tables_scroll_and_pages_fit_small_windows():
-    html = page()
-    assert html.count("<table>") == html.count('<div class="wide" role="region"') > 3
-    assert '<meta name="viewport" content="width=device-width, initial-scale=1">' in html
-    assert "prefers-color-scheme: dark" in html and "<script" not in html
-
-
-def test_all_tables_are_linked_and_what_exports_is_told():
-    html = page()
-    links = re.findall(r'href="([^"]*)"', html)
-    tables = ("force", "motion", "samples", "profile")
-    expected = [f"data/{one}.csv" for one in tables] + ["summary.csv"]
-    assert links == [*expected, "my_cam/uncertainty_budget.csv", "datapackage.json"]
-    text = text_of(html)
-    assert "palpate export toy --to felupe" in text and "febio or abaqus" in text
-
-
-def test_the_page_of_all_objects_is_linked_where_there_is_one():
-    summary = pd.DataFrame([ADVISED])
-    given = {"pictures": {}, "glimpses": [], "joints": {"my_cam": JOINT | {"budget": BUDGET}}}
-    given |= {"settings": "", "files": "", "style": ""}
-    assert 'href="../objects.html"' in own_page(
-        "toy", summary, [held()], **given, overview="../objects.html"
-    )
-
-
-def test_of_several_estimates_each_is_exported_by_its_name():
-    told = data("toy", ["my_cam", "curve/back"], ["my_cam"]).splitlines()
-    assert "palpate export toy --sensor my_cam --to felupe" in told
-    assert "palpate export toy --sensor curve/back --to felupe" in told
 
 
 def test_a_summary_without_a_recommended_row():

@@ -1,11 +1,10 @@
-"""The page of tracked objects: what it holds, and that it is whole."""
+"""The page of tracked objects: places, displacements, moduli, and input that does not fit."""
 
 import base64
 
 import numpy as np
 import pytest
 from palpate.report import objects_page
-from palpate.report.table_page import STYLE
 from palpate.surface.tracked import Tracked
 
 TEMPLATE = (
@@ -69,30 +68,19 @@ def read_back(view):
     return view["middle_mm"] + view["step_mm"] * steps.astype(float)
 
 
-def test_places_come_back_in_the_object_frame_in_millimetres():
+def test_the_surface_comes_back_in_the_object_frame_in_millimetres():
     places = read_back(view())
     np.testing.assert_allclose(places[0], tracked().template_m * 1e3, atol=1e-3)
     np.testing.assert_allclose(places[2, 3], [0, 0, 16], atol=1e-3)
-
-
-def test_steps_are_a_64000th_of_the_extent():
-    assert view()["step_mm"] == pytest.approx(60 / 64000)
-
-
-def test_faces_and_greatest_displacement():
     found = view()
     faces = np.frombuffer(base64.b64decode(found["faces"]), dtype="<u4").reshape(-1, 3)
     np.testing.assert_array_equal(faces, tracked().faces)
     assert found["largest_mm"] == pytest.approx(4.0)
     assert found["deepest_frame"] == 2
-
-
-def test_displacement_counts_from_the_first_frame():
+    # Displacement counts from the first frame.
     moved = objects_page.displacement_mm(tracked((0.002, 0.002, 0.005)), 2)
     np.testing.assert_allclose(moved, [0, 0, 0, 3], atol=1e-9)
-
-
-def test_frames_carry_their_units_and_no_depth_before_contact():
+    # No depth before contact.
     assert view()["frames"] == ["0.00 N", "0.50 N, 1.0 mm deep", "1.25 N, 4.2 mm deep"]
 
 
@@ -102,17 +90,9 @@ def test_moduli_carry_interval_and_verdict():
     assert rows[2]["E"] == "20.0 kPa"
     assert rows[2]["nu"] == "0.25"
     assert rows[2]["verdict"] == "not identified (gaps agree over the surface)"
-
-
-def test_a_minimum_at_a_bound_says_so():
     row = objects_page.moduli(FIT, {"displacement": MINIMUM | {"at_bound": True}})[2]
     assert row["E"] == "20.0 kPa (at a bound)" and row["nu"] == "0.25 (at a bound)"
     assert row["reduced"] == "21.3 kPa (at a bound)"
-
-
-def test_title_and_provenance():
-    assert view()["title"] == "Foam block, point 08, Kinect"
-    assert view()["provenance"] == "simulated"
 
 
 def test_the_page_is_the_same_and_no_part_ends_its_script():
@@ -122,12 +102,6 @@ def test_the_page_is_the_same_and_no_part_ends_its_script():
     assert pages.pop().count("</script>") == 3
 
 
-def test_the_page_has_the_look_of_all_pages_and_holds_the_table():
-    parts = {"behaviour": "", "plotly": "", "tracker": "study", "estimates": "<table></table>"}
-    text = objects_page.page(TEMPLATE, views=[view()], **parts)
-    assert STYLE in text and text.count("<table></table>") == 1
-
-
 def test_a_doubtful_model_says_why():
     line = "a free side 6 mm from the press takes some 22 % of the force: trust the direct estimate"
     doubtful = FIT | {"recommended": FIT["recommended"] | {"doubts": [line]}}
@@ -135,20 +109,14 @@ def test_a_doubtful_model_says_why():
     assert objects_page.moduli(FIT, {})[1]["verdict"] == objects_page.NOTHING
 
 
-def test_a_template_without_a_place_is_refused():
+def test_input_that_does_not_fit():
     with pytest.raises(ValueError, match="template: expected @@data@@ once, found it 0 times"):
         objects_page.page(
             TEMPLATE.replace("@@data@@", ""), behaviour="", plotly="", views=[], tracker="study"
         )
-
-
-def test_a_fit_of_other_frames_is_refused():
     samples = {"force_n": [0.0], "depth_m": [0.0]}
     with pytest.raises(ValueError, match="samples: expected 3, one for each frame, found 1"):
         view(fit=FIT | {"samples": samples})
-
-
-def test_a_place_that_is_not_finite_is_refused():
     with pytest.raises(ValueError, match="vertices_m: expected finite places"):
         view(tracked((0.0, np.nan, 0.004)))
 
