@@ -1,10 +1,9 @@
 """Errors and times of trackers on a pressed block of known shape, for ``make bench``.
 
 A foam block that the lab's mechanics press to 8 mm, 30,000 points of one view with 1 mm noise
-(`surface.dented`). Errors are those of the vertices' places, exact alignment, most pressed frame.
+(`dented`). Errors are those of the vertices' places, exact alignment, most pressed frame.
 """
 
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from dented import Dented, dented_block
 from numpy.typing import NDArray
 from palpate.config.model import Model
 from palpate.surface.pose import to_camera, to_object
@@ -19,15 +19,11 @@ from palpate.surface.tracked import Tracked
 from scipy.spatial import Delaunay
 from settings import full
 from thesis.tracker.capture import track_capture
+from thesis.tracker.options import options_of, tracking_options
 from trimesh.registration import nricp_amberg, nricp_sumner
 from validation.tracking import accuracy_row, untracked
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT / "workflow"), str(ROOT / "tests/surface")]
-
-from dented import Dented, dented_block  # noqa: E402
-from thesis.tracker.options import options_of, tracking_options  # noqa: E402
-
 DEPTHS_M = (0.0, 0.002, 0.004, 0.006, 0.008)
 REGIONS = ("all", "observed", "unobserved", "dent")
 SCENE = "8 mm dent, 1 mm noise"

@@ -18,6 +18,8 @@ from skfem import MeshTet
 from trimesh.sample import sample_surface
 
 RADIUS = 0.00622
+PROBE = {"probe": {"indenter": {"radius_m": RADIUS}}}
+TRACKED = {"tracked": "tracked.npz", "series": "tracked.vtkhdf", "description": "tracked.json"}
 POINT = np.array([0.01, 0.0, 0.03])
 FRAMES = 4
 HEIGHTS = np.array([0.015, 0.004, -0.001, -0.003])
@@ -32,18 +34,14 @@ def height_m(x, y):
     return 0.03 + hill - 0.012 * np.exp(-((x - 0.04) ** 2 + (y + 0.02) ** 2) / 0.015**2)
 
 
-def hilly():
+@pytest.fixture(scope="module")
+def shape():
     """Closed surface of 120 mm by 80 mm under `height_m`."""
     mesh = trimesh.creation.box((0.12, 0.08, 1.0))
     for _ in range(3):
         mesh = mesh.subdivide()
     x, y, z = mesh.vertices.T
     return trimesh.Trimesh(np.column_stack([x, y, (z + 0.5) * height_m(x, y)]), mesh.faces)
-
-
-@pytest.fixture(scope="module")
-def shape():
-    return hilly()
 
 
 @pytest.fixture
@@ -115,7 +113,7 @@ def execute(stage):
 
 @pytest.fixture
 def align(execute, files, root):
-    config = full(root)
+    options = full(root)["tracking"]["alignment"]
     inputs = {"object": "object.yaml", "template": "template.ply", "cloud": "clouds.npz"}
     inputs |= {"pose": "probe_pose.csv", "force": "force.csv", "plane": "plane.json"}
 
@@ -124,11 +122,7 @@ def align(execute, files, root):
             "align",
             inputs={name: files.folder / file for name, file in inputs.items()},
             outputs={"alignment": "made.json"},
-            params={
-                "probe": {"indenter": {"radius_m": RADIUS}},
-                "options": config["tracking"]["alignment"],
-                "onset_force_n": 0.1,
-            },
+            params=PROBE | {"options": options, "onset_force_n": 0.1},
         )
 
     return aligned
@@ -136,7 +130,7 @@ def align(execute, files, root):
 
 @pytest.fixture
 def track(execute, files, root):
-    config = full(root)
+    options = full(root)["tracking"]["trackers"]["study"]
     inputs = {"object": "object.yaml", "template": "template.ply", "clouds": "clouds.npz"}
     inputs |= {"pose": "probe_pose.csv", "force": "force.csv", "solid": "solid.vtu"}
     inputs |= {"alignment": "alignment.json"}
@@ -145,27 +139,31 @@ def track(execute, files, root):
         return execute(
             "track",
             inputs={name: files.folder / file for name, file in inputs.items()},
-            outputs={
-                "tracked": "tracked-study.npz",
-                "series": "tracked-study.vtkhdf",
-                "description": "tracked-study.json",
-            },
-            params={
-                "probe": {"indenter": {"radius_m": RADIUS}},
-                "options": config["tracking"]["trackers"]["study"],
-            },
+            outputs=TRACKED,
+            params=PROBE | {"options": options},
         )
 
     return tracked
 
 
-def test_what_fits_is_aligned_and_tracked(files, align, track):
+def test_what_fits_is_aligned_and_tracked_to_the_same_bytes_each_time(files, align, track):
     assert align() is None
     made = files.folder / "made.json"
     found = np.array(json.loads(made.read_text())["camera_from_object"])
     assert np.abs(found - POSE).max() < 4e-3
     made.unlink()
-    assert track() is None
+    runs = []
+    for _ in range(2):
+        assert track() is None
+        runs.append([(files.folder / name).read_bytes() for name in TRACKED.values()])
+    assert runs[0] == runs[1]
+    described = json.loads(runs[0][2])
+    with np.load(files.folder / TRACKED["tracked"], allow_pickle=False) as data:
+        assert described["vertices"] == len(data["template_m"])
+        assert described["observed_vertices"] == data["observed"].sum(axis=1).tolist()
+        assert described["residual_rms_m"] == data["residual_m"].tolist()
+    told = [described[name] for name in ("frames", "tracker", "kind", "prior")]
+    assert told == [FRAMES, "study", "study", None]
 
 
 @pytest.mark.parametrize("frame", [0, 2])
@@ -177,7 +175,6 @@ def test_a_frame_of_few_points(files, track, frame):
     assert f"{files.folder}/clouds.npz: {expected}" in track()
 
 
-# Tips and forces.
 @pytest.mark.parametrize("which", ["align", "track"])
 def test_tips_of_fewer_frames(request, files, which):
     files.tips(POINT + np.outer(HEIGHTS[:3] + RADIUS, [0, 0, 1]))
@@ -218,8 +215,7 @@ def test_eyes_are_where_the_calibration_has_them(files, execute, root, sensors):
     names = ("object.yaml", "template.ply", "alignment.json", "clouds.npz", "force.csv")
     inputs = {name.split(".")[0]: files.folder / name for name in names}
     inputs |= {"pose": files.folder / "probe_pose.csv"}
-    params = {"probe": {"indenter": {"radius_m": RADIUS}}, "onset_force_n": 0.1}
-    params |= {"options": full(root)["direct"]["observation"]}
+    params = PROBE | {"onset_force_n": 0.1, "options": full(root)["direct"]["observation"]}
     made, output = [], {"motion": "motion.npz"}
     for spec, more in ((sensor, {}), (stated, {}), (stated, {"optics": optics})):
         with_sensor = params | {"sensor": spec}

@@ -53,9 +53,8 @@ def test_blocks_lie_where_block_of_says(elastic, bent):
     _, blocks = elastic.forces_and_blocks(bent)
     matrix = elastic.pattern.matrix(blocks).toarray()
     rows, columns = elastic.mesh.tetrahedra[::7, 0], elastic.mesh.tetrahedra[::7, 2]
-    for row, column, place in zip(
-        rows, columns, elastic.pattern.block_of(rows, columns), strict=True
-    ):
+    places = elastic.pattern.block_of(rows, columns)
+    for row, column, place in zip(rows, columns, places, strict=True):
         there = np.s_[3 * row : 3 * row + 3, 3 * column : 3 * column + 3]
         assert np.array_equal(blocks[place], matrix[there])
 

@@ -1,16 +1,12 @@
-"""Template and rigid alignment on a synthetic block."""
+"""Template, its sharp edges, and rigid alignment on a synthetic block."""
 
 import numpy as np
 import pytest
 import trimesh
 from floor import floor
 from palpate.surface.pose import RestingPrior, align_rigidly, initial_pose, to_camera
-from palpate.surface.template import (
-    Template,
-    read_template,
-    refine_template,
-)
-from palpate.surface.tracked import load_tracked, save_tracked
+from palpate.surface.sharp_edges import sharp_edge_distance
+from palpate.surface.template import Template, read_template, refine_template
 from scipy.spatial.transform import Rotation
 from virtual_lab.describe import box_template
 
@@ -59,21 +55,12 @@ def test_initial_pose_and_alignment_from_any_yaw(template, pose):
     cloud, normals = visible_cloud(template, pose, 0.001, rng)
     plane = np.append(pose[:3, 2], -pose[:3, 2] @ pose[:3, 3])
     plane = plane if plane[3] > 0 else -plane
-    resting = RestingPrior(
-        plane,
-        floor(1e-3),
-        point_m=POINT,
-        centre_m=POINT,
-        tip_m=to_camera(pose, POINT) + 0.002,
-    )
+    tip = to_camera(pose, POINT) + 0.002
+    resting = RestingPrior(plane, floor(1e-3), point_m=POINT, centre_m=POINT, tip_m=tip)
     first = initial_pose(template, cloud, resting)
     found = align_rigidly(template, cloud, normals, first, **WITHIN)
     gap = to_camera(found, template.vertices_m) - to_camera(pose, template.vertices_m)
     assert np.linalg.norm(gap, axis=1).mean() < 1e-3
-
-
-def test_a_cloud_that_misses_is_refused(template, pose):
-    cloud, normals = visible_cloud(template, pose, 0.001, np.random.default_rng(0))
     away = np.eye(4)
     away[:3, 3] = [0.5, 0.5, 2.0]
     with pytest.raises(ValueError, match="alignment: expected most of the cloud within 0.012 m"):
@@ -98,27 +85,6 @@ def test_an_edge_length_out_of_reach(template):
         refine_template(template, POINT, radius_m=1e-6, edge_m=1e-9)
 
 
-def test_tracked_round_trip(template, tmp_path):
-    from palpate.surface.tracked import Tracked
-
-    rest = template.vertices_m
-    tracked = Tracked(
-        rest,
-        template.faces,
-        rest,
-        rest[None],
-        np.ones((1, len(rest)), bool),
-        np.eye(4),
-        np.array([0.001]),
-        POINT,
-        3,
-    )
-    for name in "ab":
-        save_tracked(tmp_path / f"{name}.npz", tracked)
-    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
-    assert load_tracked(tmp_path / "a.npz").contact_frame == 3
-
-
 def test_a_template_of_very_many_vertices_is_thinned(tmp_path, monkeypatch, caplog):
     monkeypatch.setattr("palpate.surface.template.MOST_VERTICES", 2000)
     trimesh.creation.icosphere(subdivisions=5, radius=0.05).export(tmp_path / "ball.ply")
@@ -127,21 +93,6 @@ def test_a_template_of_very_many_vertices_is_thinned(tmp_path, monkeypatch, capl
     assert len(ball.vertices_m) == 2000
     assert np.linalg.norm(ball.vertices_m, axis=1) == pytest.approx(0.05, abs=2e-5)
     assert "ball.ply: template: thinned from 10242 vertices to 2000" in caplog.text
-
-
-def test_templates_that_are_refused(tmp_path):
-    box = trimesh.creation.box((0.1, 0.1, 0.1))
-    box.export(tmp_path / "metres.ply")
-    with pytest.raises(ValueError, match=r"template.unit: expected an object of 0.01 to 3 m"):
-        read_template(tmp_path / "metres.ply", unit="mm")
-    two = trimesh.util.concatenate([box, box.copy().apply_translation([0.2, 0, 0])])
-    two.export(tmp_path / "two.ply")
-    with pytest.raises(ValueError, match="two.ply: template: expected one piece, found 2"):
-        read_template(tmp_path / "two.ply", unit="m")
-    box.update_faces(np.arange(len(box.faces)) > 0)
-    box.export(tmp_path / "open.ply")
-    with pytest.raises(ValueError, match="expected a closed surface, found 3 open edges"):
-        read_template(tmp_path / "open.ply", unit="m")
 
 
 def seams(box):
@@ -176,9 +127,14 @@ def test_triangles_wound_both_ways_are_turned_and_doubled_ones_named(tmp_path):
         read_template(tmp_path / "doubled.ply", unit="m")
 
 
-def spoilt(content, change):
-    head, _, body = content.partition(b"end_header\n")
-    return change(head) + b"end_header\n" + body
+def headed(old, new):
+    """Replace something in a PLY file's head."""
+
+    def change(content):
+        head, _, body = content.partition(b"end_header\n")
+        return head.replace(old, new) + b"end_header\n" + body
+
+    return change
 
 
 @pytest.mark.parametrize(
@@ -187,10 +143,10 @@ def spoilt(content, change):
         lambda c: c[:-40],
         lambda c: c[:5],
         lambda c: b"",
-        lambda c: spoilt(c, lambda h: h.replace(b"vertex 8", b"vertex 1000000000000")),
-        lambda c: spoilt(c, lambda h: h.replace(b"vertex 8", b"vertex -8")),
-        lambda c: spoilt(c, lambda h: h.replace(b"float x", b"quark x")),
-        lambda c: spoilt(c, lambda h: h.replace(b"binary_little_endian", b"ascii")),
+        headed(b"vertex 8", b"vertex 1000000000000"),
+        headed(b"vertex 8", b"vertex -8"),
+        headed(b"float x", b"quark x"),
+        headed(b"binary_little_endian", b"ascii"),
     ],
     ids=["cut", "cut in the header", "empty", "promised", "negative", "unknown type", "ascii"],
 )
@@ -202,18 +158,30 @@ def test_a_damaged_template_is_one_line(tmp_path, change):
     assert "\n" not in str(refused.value)
 
 
-def test_a_template_of_another_kind(tmp_path):
-    (tmp_path / "a.gltf").write_text('{"buffers": [{"uri": "../secret"}]}')
-    with pytest.raises(
-        ValueError, match="a.gltf: template: expected a file of .ply, .stl, .obj, .off"
-    ):
-        read_template(tmp_path / "a.gltf", unit="m")
-
-
-def test_a_template_with_a_vertex_nowhere(tmp_path):
+def test_templates_that_are_rejected(tmp_path):
     box = trimesh.creation.box((0.1, 0.1, 0.1))
-    box.vertices[3] = np.nan
-    box.export(tmp_path / "a.ply")
-    line = "a.ply: template: expected (finite vertices|a closed surface)"
-    with pytest.raises(ValueError, match=line):
-        read_template(tmp_path / "a.ply", unit="m")
+    two = trimesh.util.concatenate([box, box.copy().apply_translation([0.2, 0, 0])])
+    opened, nowhere = box.copy(), box.copy()
+    opened.update_faces(np.arange(len(box.faces)) > 0)
+    nowhere.vertices[3] = np.nan
+    (tmp_path / "a.gltf").write_text('{"buffers": [{"uri": "../secret"}]}')
+    for name, mesh in (("box", box), ("two", two), ("open", opened), ("nowhere", nowhere)):
+        mesh.export(tmp_path / f"{name}.ply")
+    for name, unit, line in (
+        ("box.ply", "mm", "template.unit: expected an object of 0.01 to 3 m"),
+        ("two.ply", "m", "two.ply: template: expected one piece, found 2"),
+        ("open.ply", "m", "expected a closed surface, found 3 open edges"),
+        ("nowhere.ply", "m", "nowhere.ply: template: expected (finite vertices|a closed surface)"),
+        ("a.gltf", "m", "a.gltf: template: expected a file of .ply, .stl, .obj, .off"),
+    ):
+        with pytest.raises(ValueError, match=line):
+            read_template(tmp_path / name, unit=unit)
+
+
+def test_distance_from_sharp_edges_of_which_a_ball_has_none():
+    box = trimesh.creation.box((0.1, 0.1, 0.04))
+    points = np.array([[0, 0, 0.02], [0.04, 0.03, 0.02], [0.05, 0, 0.015]])
+    found = sharp_edge_distance(box.vertices, box.faces, points)
+    assert found == pytest.approx([0.05, 0.01, 0.005], abs=1e-5)
+    ball = trimesh.creation.icosphere(3, radius=0.06)
+    assert np.isinf(sharp_edge_distance(ball.vertices, ball.faces, ball.vertices[:2])).all()

@@ -25,7 +25,7 @@ from virtual_lab.ladder import ContactLadder
 from virtual_lab.press import press_object
 from virtual_lab.render import look_at
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[1]
 SIZE_M = np.array([0.598, 0.150, 0.0475])
 POINT_M = np.array([-0.05, 0.0, 0.0475])
 RADIUS_M = 0.00622
