@@ -285,8 +285,9 @@ def track(
     >>> solid = solid_of(measured, kept="config/meshes/foam_block.vtu")
     >>> coarse = ElasticTracking(refine_edge_m=0.01, solid_edge_m=0.01, solid_growth=2)
     >>> found = track(measured, solid, coarse)
-    >>> len(found.vertices_m), found.contact_frame
-    (10, 5)
+    >>> moved_m = np.linalg.norm(found.vertices_m - found.vertices_m[0], axis=2)
+    >>> len(found.vertices_m), found.contact_frame, f"{1e3 * moved_m.max():.0f} mm"
+    (10, 5, '4 mm')
     """
     recorded = Recorded(
         measured.template,

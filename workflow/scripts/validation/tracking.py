@@ -253,4 +253,5 @@ def _volume_figures(found_m3: float, true_m3: float) -> dict:
 def _rounded(table: pd.DataFrame) -> pd.DataFrame:
     """Figures to the digits that mean something."""
     measured = table.select_dtypes("number").columns.difference(["frame", "vertices", "captures"])
-    return table.assign(**{name: significant(table[name], DIGITS) for name in measured})
+    whole = {name: np.array(significant(table[name], DIGITS), dtype=float) for name in measured}
+    return table.assign(**whole)

@@ -1,1 +1,1 @@
-"""Estimation: Hertz, and error minimisation with the finite element model."""
+"""Estimation: Hertz, and E and nu straight from clouds and forces."""

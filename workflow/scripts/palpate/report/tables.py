@@ -14,7 +14,7 @@ LARGE = 1e4
 SIMULATED_NOTE = "Rows marked simulated come from the virtual lab, not from recordings."
 AT_BOUND = " (at a bound)"
 AT_BOUND_NOTE = (
-    "At a bound: the search ran to an end of the range that it may use (minimise in config.yaml);"
+    "At a bound: the search ran to an end of the range that it may use (minimise: docs/options.md);"
     " its numbers are that end's, not the object's."
 )
 

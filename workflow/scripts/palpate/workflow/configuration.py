@@ -48,7 +48,7 @@ def open_run(
     files: bool = True,
     lab_kind: type[Model] | None = None,
     check_lab: Callable | None = None,
-    kind: type[Config] = Config,
+    kind: type[Config],
     rules: Iterable = (),
 ) -> Run:
     """Read and check what people write, and find the captures of the run.
@@ -67,7 +67,7 @@ def open_run(
         False: jobs are to check tables and images of captures, and nothing is stamped.
     lab_kind, check_lab : type and callable, optional
         Model of a lab's configuration, and what else is wrong with it, as lines.
-    kind : type, optional
+    kind : type
         Model of the configuration.
     rules : iterable, optional
         The workflow's rules.

@@ -26,8 +26,7 @@ ZOOM_PX = 12
 # R to the right, B up; colours of a background lie near the grey diagonal, apart from all axes.
 SIDE = View(-70, 35)
 EXPECTED, PROJECTED, COLOUR = r"$\mathbf{E}_i$", r"$\alpha_i\mathbf{E}_i$", r"$\mathbf{I}_i$"
-# Its alpha E lies apart from E, no level is clipped, and its deviations are alike, so that the
-# weighted projection of Eq. 4.15 looks like a perpendicular.
+# Its alpha E lies apart from E, no level is clipped, and its deviations are alike.
 LARGEST_ALPHA = 0.85
 LEVELS = (10, 245)
 LARGEST_STD_RATIO = 1.25

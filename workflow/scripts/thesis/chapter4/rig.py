@@ -18,6 +18,7 @@ WHITE, INK = "#F2F2F2", "#3A3A3A"
 NANO25_RADIUS_M, NANO25_LENGTH_M = 0.0125, 0.0216
 HANDLE_RADIUS_M, HANDLE_M, STEM_RADIUS_M = 0.011, 0.120, 0.0035
 HOUSINGS = {"stereo": (0.157, 0.036, 0.0474), "structured_light": (0.282, 0.038, 0.063)}
+OTHER_HOUSING = (0.09, 0.025, 0.025)
 SCANNER_M = (0.213, 0.413, 0.271)
 MARGIN_M, SHEET_M = 0.016, 0.003
 # The probe stands upright on the object: the force frame's z points down.
@@ -103,7 +104,8 @@ def sensor_mesh(sensor: Mapping | None) -> tuple[trimesh.Trimesh, dict[str, NDAr
             "colour camera": np.zeros(3),
             "infrared projector": (color_from_depth @ [spec["baseline_m"], 0, 0, 1])[:3],
         }
-    size, across = HOUSINGS[sensor["kind"]], [place[0] for place in places.values()]
+    size = HOUSINGS.get(sensor["kind"], OTHER_HOUSING)
+    across = [place[0] for place in places.values()]
     body = box(size, ((min(across) + max(across)) / 2, 0.0, -0.004 - size[2] / 2), colour)
     lenses = [part for place in places.values() for part in _lens(place, 0.3 * size[1], 0.008)]
     return trimesh.util.concatenate([body, *lenses]), places

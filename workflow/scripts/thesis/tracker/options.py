@@ -16,7 +16,7 @@ class Registration(Model):
     w_data: Positive = constant(1, "weight of the data")
     w_sm: Positive = option(4, "first weight of the smoothness, halved in each iteration")
     w_sm_stop: Positive = option(1, "until it is below this")
-    s_sm: Positive = option(1, "radius of the smoothness, in edges")
+    s_sm: float = option(1, "radius of the smoothness, in edges", gt=0, le=20)
     data_term: Literal["point", "plane"] = option(
         "plane",
         "distance along the normal of the data point, which leaves vertices free sideways; point:"
