@@ -24,7 +24,7 @@ def align_first(
     *,
     indenter_radius_m: float,
 ) -> Alignment:
-    """Align the template with the first frame, and refuse what the data contradict.
+    """Align the template with the first frame, and reject what the data contradict.
 
     Parameters
     ----------

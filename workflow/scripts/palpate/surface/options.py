@@ -6,7 +6,7 @@ from palpate.config.model import Model, Positive, constant, option
 
 
 class AlignmentLimits(Model):
-    """Beyond them an alignment is refused: twice what the Kinect's noise, or a hand, makes."""
+    """Beyond them alignments are rejected: twice what the Kinect's noise, or an operator, makes."""
 
     least_near: float = option(0.9, "part of the cloud within dr", ge=0, le=1)
     largest_rms_m: Positive = option(0.003, "of the cloud's distances from the template")

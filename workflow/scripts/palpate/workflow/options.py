@@ -66,7 +66,7 @@ class Selection(Model):
 class Experiments(Model):
     """Recordings about the sensors: raw/sensors/<sensor>/<experiment>."""
 
-    probe: str = option("", "that was filmed")
+    probe: str = option("", "of these recordings")
 
 
 class Tracking(Model):

@@ -22,8 +22,8 @@ NOTES = (
     " is pressed: youngs_modulus_ratio is E over the instantaneous truth, relaxed_modulus_ratio"
     " over that a second after a step of strain."
     " The surfaces of the elastic tracker carry its own Poisson's ratio, tracking.trackers of"
-    " config/thesis.yaml, the block's own: nu found on them is mostly that prior, as the ear shows, and is"
-    " not judged.",
+    " config/thesis.yaml, the block's own: nu found on them is mostly that prior, as the ear shows,"
+    " and is not judged.",
 )
 
 
