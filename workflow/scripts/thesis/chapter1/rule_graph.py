@@ -39,8 +39,8 @@ PLACES = {
 }
 WIDTH, DEPTH = 7, 7
 # Lengths of the drawing: one is the width of a column, and the height of a row.
-BOX_WIDTH, BOX_HEIGHT, ROW_IN = 0.92, 0.72, 0.8
-NAME_PT, FILE_PT = 7.5, 6.5
+BOX_WIDTH, BOX_HEIGHT, ROW_IN = 0.92, 0.82, 0.84
+NAME_PT, FILE_PT = 7.5, 6.0
 # Characters that fill a box; longer lines are broken, longer words drawn smaller.
 LINE, LONG_NAME = 17, 13
 CENTRED = {"ha": "center", "va": "center", "zorder": 4}
@@ -136,9 +136,9 @@ def _box(axes: Axes, rule: Mapping, writes: Sequence[str], place: tuple) -> None
     name, recorded = rule["rule"], rule["recorded"]
     name = name.replace("_", "_\n", 1) if len(name) > LONG_NAME else name
     for text, down, size, ink, weight in (
-        (fill(", ".join(recorded), LINE), -0.22, FILE_PT, "0.35", "normal"),
-        (name, 0.01 if recorded else -0.08, NAME_PT, BLACK, "bold"),
-        ("\n".join(writes), 0.24, FILE_PT, BLACK, "normal"),
+        (fill(", ".join(recorded), LINE), -0.235, FILE_PT, "0.35", "normal"),
+        (name, 0.04 if recorded else -0.08, NAME_PT, BLACK, "bold"),
+        ("\n".join(writes), 0.285, FILE_PT, BLACK, "normal"),
     ):
         longest = max(map(len, text.split("\n")))
         look = {"fontsize": size * min(1, LINE / max(longest, 1)), "color": ink, "weight": weight}
