@@ -11,12 +11,12 @@ from palpate.json_fields import read_one
 from palpate.report import outputs
 from palpate.report.tables import significant
 from palpate.units import MILLIMETRES, MILLISECONDS, PERCENT
+from palpate.vision.camera import OPTICS
 from scipy.spatial.transform import Rotation
 from thesis.chapter4.workspace import CORNERS, REFINED, select_threshold
 
 TITLE = "Accuracy of the recordings about the sensors against the virtual lab's truth"
 DIGITS = 4
-OPTICS = ("fx_px", "fy_px", "cx_px", "cy_px")
 # The project's own targets: rectified pairs see finer than a 640-pixel picture [mm].
 TIP_TARGET_MM = {"stereo": 0.5, "structured_light": 1.0, "depth": 1.0}
 

@@ -4,13 +4,13 @@ from collections.abc import Iterator, Mapping
 
 import pandas as pd
 from palpate.units import CENTIMETRES
+from palpate.vision.camera import OPTICS
 
 PLACE = ["object", "sensor", "point", "error"]
 KEYS = ["artefact", *PLACE, "quantity"]
 BLOCK, BALL, EAR, SIMULATED = "foam_block", "foam_ball", "ear", "simulated_block"
 REPEATED = {"sensor": "kinect", "point": "11"}
 CAMERAS = {"color": "color", "ir": "infrared"}
-OPTICS = ("fx_px", "fy_px", "cx_px", "cy_px")
 MODULI = ("youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa", "hertz_reduced_modulus_pa")
 # Which artefact prints each row of simulation.csv.
 SIMULATION_FIGURES = {
