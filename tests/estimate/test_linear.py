@@ -8,7 +8,7 @@ from floor import floor
 from palpate.estimate.minimise.linear import LinearSystem, linear_method
 from palpate.estimate.minimise.objective import Measurement, node_sets
 from palpate.solid.mesh import solid_mesh
-from virtual_lab.simulated_block import load_block
+from virtual_lab.block import load_block
 
 # Section 3.3.2: the study's simulated block.
 LAM, MU = 80685.0, 8965.0

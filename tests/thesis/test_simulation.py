@@ -22,7 +22,7 @@ from palpate.surface.simulation import (
 )
 from thesis.chapter3 import contact_figure, simulation_figures, simulation_tables, simulation_views
 from thesis.options import Simulation
-from virtual_lab.simulated_block import load_block
+from virtual_lab.block import load_block
 
 LAM, MU, YOUNG = 80685.0, 8965.0, 25998.5
 TRUTH = {"lambda_pa": LAM, "mu_pa": MU}
