@@ -8,7 +8,7 @@ from floor import floor
 from palpate.solid.mesh import solid_mesh
 from thesis.minimise.linear import LinearSystem, linear_method
 from thesis.minimise.objective import Problem, node_sets
-from virtual_lab.simulated_block import load_block
+from virtual_lab.block import load_block
 
 # Section 3.3.2: the study's simulated block.
 LAM, MU = 80685.0, 8965.0

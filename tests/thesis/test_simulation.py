@@ -22,7 +22,7 @@ from thesis.tracker.simulation import (
     surface_points,
     track_steps,
 )
-from virtual_lab.simulated_block import load_block
+from virtual_lab.block import load_block
 
 LAM, MU, YOUNG = 80685.0, 8965.0, 25998.5
 TRUTH = {"lambda_pa": LAM, "mu_pa": MU}

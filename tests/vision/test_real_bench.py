@@ -13,13 +13,12 @@ from palpate.vision.foreground import masks_of
 from palpate.vision.options import Background, Clouds, SupportPlane
 from palpate.vision.stillness import camera_shift
 from palpate.vision.support_plane import fit_support_plane
-from virtual_lab.cameras import Exposure
-from virtual_lab.part import OBJECT, PROBE_PARTS, PROP, Part
+from virtual_lab.paint import table_texture
+from virtual_lab.parts import OBJECT, PROBE_PARTS, PROP, Part, bench_props
 from virtual_lab.probe import make_probe
-from virtual_lab.props import bench_props
 from virtual_lab.render import Light, View, look_at, render
+from virtual_lab.rig import Exposure
 from virtual_lab.scene import NO_FINISH, Bench, Scene
-from virtual_lab.texture import table_texture
 
 SIZE = np.array([0.12, 0.10, 0.05])
 TIP = np.array([0.0, 0.0, SIZE[2] + 0.00622])
