@@ -1,6 +1,8 @@
 """What makes no capture is rejected in one line, and nothing is left behind."""
 
 import re
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from functools import partial
 
@@ -54,7 +56,10 @@ CHANGES = {
     "no depth": (without(DEPTH), "depth: expected one topic of .* found none"),
     "no colour": (without(COLOR), "color: expected one topic of .* found none"),
     "no optics": (without(COLOR_INFO), "camera.yaml: file: expected a sensor file, or optics"),
-    "no transform": (without("/tf_static"), "tf_static: expected a way from frame depth_optical"),
+    "no transform": (
+        without("/tf_static"),
+        "film.bag: tf_static: frames: expected a path from frame depth_optical to color_optical",
+    ),
     "no rotation": (
         with_message("/tf_static", unturned),
         "tf_static: transform: expected a unit quaternion and metres, found length 0",
@@ -220,6 +225,17 @@ def test_a_row_of_units_in_a_table_of_forces(film, tmp_path, capsys):
     path.write_text(f"{head}\ns,N,N,N,Nm,Nm,Nm\n{rows}")
     line = rejected(capsys, tmp_path, bag_of(tmp_path, film), "--force", str(path))
     assert_like("wrench.csv: rows: expected numbers, found s, N, N", line)
+
+
+def test_a_bag_of_forces_that_states_wrenches_and_holds_none(film, tmp_path, capsys):
+    (tmp_path / "force").mkdir()
+    forces = bag_of(tmp_path / "force", film, ros1=False)
+    with closing(sqlite3.connect(next(forces.glob("*.db3")))) as content, content:
+        content.execute("delete from messages")
+    count = len(film.wrench)
+    line = rejected(capsys, tmp_path, bag_of(tmp_path, film), "--force", str(forces))
+    expected = f"expected {count}, as the bag states .*--force .*, found 0$"
+    assert_like(f"^{forces}: {WRENCH}: wrenches: {expected}", line)
 
 
 def test_an_object_that_the_lab_makes(film, tmp_path, capsys):

@@ -9,9 +9,8 @@ from palpate.capture.tables import write_frames
 from palpate.vision.background import build_model
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.clouds import ProbePlace, Reach, object_cloud, table_of
-from palpate.vision.foreground import masks_of
+from palpate.vision.foreground import camera_shift, masks_of
 from palpate.vision.options import Background, Clouds, SupportPlane
-from palpate.vision.stillness import camera_shift
 from palpate.vision.support_plane import fit_support_plane
 from virtual_lab.paint import table_texture
 from virtual_lab.parts import OBJECT, PROBE_PARTS, PROP, Part, bench_props
