@@ -12,7 +12,7 @@ from virtual_lab.kinect import KinectDepth
 from virtual_lab.paint import BlockPaint, SolidPaint, table_texture
 from virtual_lab.parts import OBJECT, TABLE, TARGET
 from virtual_lab.probe import make_probe
-from virtual_lab.render import Light, View, look_at, render, render_change
+from virtual_lab.render import Light, PosedCamera, look_at, render, render_change
 from virtual_lab.rig import Exposure
 from virtual_lab.scene import Bench, Scene
 
@@ -44,7 +44,7 @@ def scene(bench, probe):
 
 def view(width, height, focal):
     camera = PinholeCamera(width, height, focal, focal, (width - 1) / 2, (height - 1) / 2)
-    return View(camera, look_at([-0.05, 0, 0.14], distance_m=0.6, elevation_deg=45))
+    return PosedCamera(camera, look_at([-0.05, 0, 0.14], distance_m=0.6, elevation_deg=45))
 
 
 def test_the_target_is_where_the_probes_file_says(scene, probe):
@@ -107,7 +107,7 @@ def test_gloss_is_seen_in_the_mirror_direction():
         Bench(None, paint), surface_m=ball.vertices, rest_m=ball.vertices, faces=ball.faces
     )
     pose = look_at([0, 0, 0], distance_m=0.5, elevation_deg=45)
-    camera = View(PinholeCamera(160, 120, 200.0, 200.0, 79.5, 59.5), pose)
+    camera = PosedCamera(PinholeCamera(160, 120, 200.0, 200.0, 79.5, 59.5), pose)
     layer = render(camera, shiny, LIGHT, samples=2)
     row, column = np.unravel_index(layer.colour.sum(axis=2).argmax(), layer.kind.shape)
     origin, direction = camera.rays(np.array([[column, row]], dtype=float))
@@ -125,7 +125,7 @@ def facing_plane(sensor, distance_m, bench_table):
     pose[:3, :3] = np.diag([1.0, -1.0, -1.0])
     pose[2, 3] = distance_m
     rng = np.random.default_rng(0)
-    device = KinectDepth(View(camera, pose), sensor["depth"], [0.5, 8.0], KINECT, rng)
+    device = KinectDepth(PosedCamera(camera, pose), sensor["depth"], [0.5, 8.0], KINECT, rng)
     return device, Scene(Bench(bench_table, None))
 
 
@@ -143,6 +143,15 @@ def test_kinect_sees_a_plane_with_the_published_noise(sensors, bench, distance_m
     assert 0.5 * noise < np.nanstd(depth) * 1e3 < 1.6 * np.hypot(noise, step / np.sqrt(12))
     levels = np.unique(depth[np.isfinite(depth)]) * 1e3
     assert np.median(np.diff(levels)) == pytest.approx(step, rel=0.05)
+
+
+def test_kinect_has_eleven_bits_and_no_reading_out_of_range(sensors, bench):
+    sensor = sensors["kinect"]
+    for distance_m, share in ((0.45, 1.0), (0.8, 0.0)):
+        device, plane = facing_plane(sensor, distance_m, bench.table)
+        counts = device.image(plane, np.random.default_rng(0))
+        assert counts.dtype == np.uint16 and counts.max() < 2**11
+        assert (counts == sensor["depth"]["no_reading"]).mean() == pytest.approx(share, abs=0.1)
 
 
 def test_projector_casts_a_shadow_of_no_readings(sensors, scene):

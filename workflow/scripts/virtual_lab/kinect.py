@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from palpate.capture.images import DISPARITY, count_m
 
-from virtual_lab.render import LIFT_M, View
+from virtual_lab.render import LIFT_M, PosedCamera
 from virtual_lab.scene import Scene, dot, look_at_hits
 
 WINDOW_PX = 9
@@ -34,7 +34,7 @@ class KinectDepth:
 
     Parameters
     ----------
-    view : View
+    view : PosedCamera
         The infrared camera.
     spec : mapping
         ``depth`` block of the sensor's file.
@@ -47,7 +47,12 @@ class KinectDepth:
     """
 
     def __init__(
-        self, view: View, spec: Mapping, range_m: tuple, options: Mapping, rng: np.random.Generator
+        self,
+        view: PosedCamera,
+        spec: Mapping,
+        range_m: tuple,
+        options: Mapping,
+        rng: np.random.Generator,
     ) -> None:
         self.view, self.spec, self.range_m, self.options = view, spec, range_m, options
         camera = view.camera

@@ -25,7 +25,7 @@ SHADOW_EDGE_PX = 21
 
 
 @dataclass(frozen=True)
-class View:
+class PosedCamera:
     """A camera and its pose (camera axes of OpenCV, object frame)."""
 
     camera: PinholeCamera
@@ -116,7 +116,7 @@ def look_at(
     return pose
 
 
-def render(view: View, scene: Scene, light: Light, *, samples: int) -> Layer:
+def render(view: PosedCamera, scene: Scene, light: Light, *, samples: int) -> Layer:
     """Render a whole picture with samples x samples rays a pixel."""
     camera = view.camera
     pixels = camera.pixel_grid()
@@ -128,7 +128,7 @@ def render(view: View, scene: Scene, light: Light, *, samples: int) -> Layer:
 
 
 def render_change(
-    view: View,
+    view: PosedCamera,
     scene: Scene,
     light: Light,
     still: Layer,
@@ -180,7 +180,7 @@ def render_change(
     return Layer(colour, kind, lit)
 
 
-def _projected_box(view: View, points_m: NDArray) -> tuple[int, int, int, int]:
+def _projected_box(view: PosedCamera, points_m: NDArray) -> tuple[int, int, int, int]:
     """Box around projected points [px]; all of the picture where one is not before the camera."""
     local = view.local(points_m)
     if local[:, 2].min() < NEAREST_M:
@@ -192,7 +192,9 @@ def _projected_box(view: View, points_m: NDArray) -> tuple[int, int, int, int]:
     return int(low[0]), int(low[1]), int(np.ceil(high[0])), int(np.ceil(high[1]))
 
 
-def _at_centres(view: View, scene: Scene, light: Light, pixels: NDArray) -> tuple[dict, NDArray]:
+def _at_centres(
+    view: PosedCamera, scene: Scene, light: Light, pixels: NDArray
+) -> tuple[dict, NDArray]:
     """First hits of the rays through pixels, and whether the key light's centre reaches them."""
     origin, directions = view.rays(pixels)
     hits = scene.cast(origin, directions)
@@ -203,7 +205,9 @@ def _at_centres(view: View, scene: Scene, light: Light, pixels: NDArray) -> tupl
     return hits, lit
 
 
-def _supersampled(view: View, scene: Scene, light: Light, pixels: NDArray, samples: int) -> NDArray:
+def _supersampled(
+    view: PosedCamera, scene: Scene, light: Light, pixels: NDArray, samples: int
+) -> NDArray:
     """Mean of samples x samples rays in each pixel, each with its own ray to the light."""
     offsets = (np.arange(samples) + 0.5) / samples - 0.5
     grid = np.stack(np.meshgrid(offsets, offsets), axis=-1).reshape(-1, 2)

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from virtual_lab.kinect import KinectDepth
 from virtual_lab.paint import BlockPaint, SolidPaint, plain_table, table_texture
 from virtual_lab.parts import bench_props
-from virtual_lab.render import Layer, Light, View, look_at, render
+from virtual_lab.render import Layer, Light, PosedCamera, look_at, render
 from virtual_lab.rig_errors import RIG, RigErrors, seed_of
 from virtual_lab.scene import Bench, Scene
 from virtual_lab.shapes import shape_of
@@ -72,7 +72,7 @@ class Rig:
     errors : RigErrors
         The sensor as it is, and what it is used with.
     views : dict
-        Colour stream to View, the reference camera's first.
+        Colour stream to its camera, the reference camera's first.
     depth : KinectDepth or None
     light : Light
     bench : Bench
@@ -80,7 +80,7 @@ class Rig:
 
     common: Mapping
     errors: RigErrors
-    views: Mapping[str, View]
+    views: Mapping[str, PosedCamera]
     depth: KinectDepth | None
     light: Light
     bench: Bench
@@ -91,8 +91,8 @@ class Rig:
         return self.errors.sensor
 
     @property
-    def reference(self) -> View:
-        """View of the reference camera."""
+    def reference(self) -> PosedCamera:
+        """The reference camera with its pose."""
         return next(iter(self.views.values()))
 
     def still(self, scene: Scene) -> dict[str, Layer]:
@@ -210,21 +210,21 @@ def _paint(spec: Mapping, rng: np.random.Generator) -> BlockPaint | SolidPaint:
     return SolidPaint(spec["paint"], vertices, rng)
 
 
-def _views(sensor: Mapping, pose: NDArray) -> dict[str, View]:
+def _views(sensor: Mapping, pose: NDArray) -> dict[str, PosedCamera]:
     camera = camera_from_spec(sensor["color"])
     if sensor["kind"] != "stereo":
-        return {"color": View(camera, pose)}
+        return {"color": PosedCamera(camera, pose)}
     shift = np.eye(4)
     shift[0, 3] = sensor["stereo"]["baseline_m"]
     shift[:3, :3] = Rotation.from_rotvec(sensor["right_turn_rad"]).as_matrix()
-    right = View(camera_from_spec(sensor["right"]), pose @ shift)
-    return {"left": View(camera, pose), "right": right}
+    right = PosedCamera(camera_from_spec(sensor["right"]), pose @ shift)
+    return {"left": PosedCamera(camera, pose), "right": right}
 
 
-def depth_view(sensor: Mapping, pose: NDArray) -> View:
-    """View of the infrared camera of a sensor whose colour camera has a pose."""
+def depth_view(sensor: Mapping, pose: NDArray) -> PosedCamera:
+    """The infrared camera of a sensor whose colour camera has a pose."""
     spec = sensor["depth"]
-    return View(camera_from_spec(spec), pose @ np.array(spec["color_from_depth"]))
+    return PosedCamera(camera_from_spec(spec), pose @ np.array(spec["color_from_depth"]))
 
 
 def _depth_camera(common: Mapping, errors: RigErrors, pose: NDArray) -> KinectDepth:

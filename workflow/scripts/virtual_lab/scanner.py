@@ -22,14 +22,13 @@ MARGIN = 1.1
 DECIMALS = 6, 5
 # Neighbourhood of a normal: range image steps, at least so far, at most so many points.
 NORMAL_REACH, NORMAL_LEAST_M, NORMAL_NEIGHBOURS = 3.0, 0.0012, 30
-
-
-View = tuple[NDArray, NDArray]
+# Points and normals of one view, (n, 3) each.
+Scan = tuple[NDArray, NDArray]
 
 
 def scan_views(
     vertices_m: NDArray, faces: NDArray, laser: Mapping, rng: np.random.Generator
-) -> list[View]:
+) -> list[Scan]:
     """Scan a closed surface.
 
     Parameters
@@ -68,7 +67,7 @@ def scan_views(
     return found
 
 
-def write_scans(folder: Path, views: Sequence[View]) -> None:
+def write_scans(folder: Path, views: Sequence[Scan]) -> None:
     """Write each view as binary PLY: ``01.ply`` and so on [m]."""
     for number, view in enumerate(views, start=1):
         cloud = o3d.t.geometry.PointCloud()
@@ -84,7 +83,7 @@ def _scan(
     pose: NDArray,
     width: float,
     rng: np.random.Generator,
-) -> View:
+) -> Scan:
     columns, rows = POINTS
     step = width / columns
     x, y = np.meshgrid((np.arange(columns) - columns / 2), (np.arange(rows) - rows / 2))
@@ -120,8 +119,8 @@ def _range_normals(points: NDArray, step: float, scanner: NDArray) -> NDArray:
 
 
 def _misplaced(
-    view: View, middle: NDArray, error: tuple[float, float], rng: np.random.Generator
-) -> View:
+    view: Scan, middle: NDArray, error: tuple[float, float], rng: np.random.Generator
+) -> Scan:
     """A view as it lies in the nominal frame when the turntable was a little off."""
     turn = Rotation.from_rotvec(np.deg2rad(error[0]) * rng.standard_normal(3))
     shift = error[1] * rng.standard_normal(3)

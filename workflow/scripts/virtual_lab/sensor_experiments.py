@@ -20,7 +20,7 @@ from virtual_lab.motion import ProbeMotion, upright
 from virtual_lab.paint import BlockPaint, CoverPaint
 from virtual_lab.probe import Checkerboard, Probe, make_probe, target_alone
 from virtual_lab.record import FACING, Body, write_images
-from virtual_lab.render import View, render, render_change
+from virtual_lab.render import PosedCamera, render, render_change
 from virtual_lab.rig import STILL_SAMPLES, Rig, depth_view
 from virtual_lab.rig_errors import seed_of
 from virtual_lab.scene import Bench, Scene
@@ -46,7 +46,7 @@ def record_calibration(
     target = target_alone(Checkerboard((columns, lines), square_m))
     rng, to_object = np.random.default_rng([*seed, 1]), rig.reference.object_from_camera
     views = {
-        "color": View(camera_from_spec(rig.sensor["color"]), to_object),
+        "color": PosedCamera(camera_from_spec(rig.sensor["color"]), to_object),
         "infrared": depth_view(rig.sensor, to_object),
     }
     empty = Scene(rig.bench)
@@ -68,7 +68,7 @@ def record_calibration(
 
 
 def _target_pose(
-    views: Mapping[str, View], target: Probe, options: Mapping, rng: np.random.Generator
+    views: Mapping[str, PosedCamera], target: Probe, options: Mapping, rng: np.random.Generator
 ) -> NDArray:
     """Random pose of a target that both cameras see whole, colour camera's frame (4, 4)."""
     reference = views["color"]
