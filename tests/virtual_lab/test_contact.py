@@ -6,7 +6,7 @@ import yaml
 from scipy.optimize import brentq
 from virtual_lab.block import block_mesh, graded_axis
 from virtual_lab.contact import ContactProblem
-from virtual_lab.indentation import contact_problem, indent_object
+from virtual_lab.indentation import contact_problem, grade_of, indent_object
 from virtual_lab.material import blatz_ko, neo_hookean
 from virtual_lab.obstacle import Sphere
 from virtual_lab.shapes import Ball
@@ -195,6 +195,14 @@ def test_the_surface_far_from_the_contact_is_that_of_finer_elements(root):
         ring = (away > low) & (away < high)
         moved, true = (steps.surface_displacement_m[-1][ring] for steps in (used, fine))
         assert (moved * true).sum() / (true * true).sum() == pytest.approx(1, abs=0.02)
+
+
+def test_a_skin_fades_out_and_a_gradient_grows_to_the_base():
+    places = np.zeros((5, 3))
+    places[:, 2] = [0.0, 0.02, 0.0388, 0.0396, 0.04]
+    skin = {"skin": {"thickness_m": 0.002, "stiffer": 3.0}}
+    assert grade_of(skin, places, 0.04) == pytest.approx([1, 1, 3, 3, 3])
+    assert grade_of({"gradient": 0.2}, places, 0.04)[:2] == pytest.approx([1.2, 1.1])
 
 
 @pytest.mark.long

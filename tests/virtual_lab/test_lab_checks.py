@@ -3,7 +3,9 @@
 import copy
 
 import pytest
+from palpate.config.model import problems
 from virtual_lab.checks import lab_problems
+from virtual_lab.specification import Lab
 
 
 def test_the_labs_own_configuration_is_right(lab, sensors):
@@ -59,15 +61,37 @@ CORRUPTED = [
 ]
 
 
-@pytest.mark.parametrize(("place", "value", "line"), CORRUPTED, ids=[s[0][-1] for s in CORRUPTED])
-def test_nonsense_is_one_line(lab, sensors, place, value, line):
+def changed(lab, place, value):
+    """A lab with another value at a place, and the block that has it."""
     corrupted = copy.deepcopy(lab)
     block = corrupted
     for key in place[:-1]:
         block = block[key]
     block[place[-1]] = value
+    return corrupted, block
+
+
+@pytest.mark.parametrize(("place", "value", "line"), CORRUPTED, ids=[s[0][-1] for s in CORRUPTED])
+def test_nonsense_is_one_line(lab, sensors, place, value, line):
+    corrupted, block = changed(lab, place, value)
     if value == "blatz_ko":
         block["poisson_ratio"] = 0
     lines = lab_problems(corrupted, sensors, "lab.yaml")
     assert any(line in found for found in lines), lines
     assert all(found.startswith("lab.yaml: ") and "\n" not in found for found in lines)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "line"),
+    [
+        (("device",), {"baselin": 0.1}, "device.baselin: expected one of baseline, "),
+        ((*BLOCK, "device"), {"baselin": 0.1}, "device.baselin: expected one of baseline, "),
+        (("device",), {"baseline": -0.1}, "device.baseline: expected a number >= 0, found -0.1"),
+        ((*BLOCK, "device"), {"baseline": "wide"}, "baseline: expected a number, found 'wide'"),
+        ((*BLOCK, "material", "poisson_ratio"), 0.5, "material.poisson_ratio: expected "),
+        ((*BLOCK, "material", "youngs_modulus_pa"), 0, "material.youngs_modulus_pa: expected "),
+    ],
+)
+def test_a_field_that_makes_no_sense_is_one_line(lab, place, value, line):
+    (found,) = problems(Lab, changed(lab, place, value)[0], "lab.yaml")
+    assert found.startswith(f"lab.yaml: {'.'.join(place)}") and line in found

@@ -123,6 +123,12 @@ def test_a_camera_that_writes_millimetres(own):
     assert not far.any()
 
 
+def test_a_picture_may_see_nothing_at_all():
+    scene, none = Scene(Bench(np.full((4, 4, 3), 0.6), None)), np.zeros((0, 3))
+    assert len(scene.cast(np.array([0, 0, 1.0]), none)["t"]) == 0
+    assert len(scene.blocked(none, np.array([0, 0, 1.0]))) == 0
+
+
 def test_a_sensor_that_reports_wrenches(own):
     lab, _, probe = own
     options = lab["force"]

@@ -2,11 +2,16 @@
 
 import numpy as np
 import pytest
+from palpate.vision.force import WRENCH, zeroed
+from palpate.vision.indentation import frame_wrenches
+from palpate.vision.options import Force
+from palpate.vision.probe import marker_columns
 from virtual_lab.indentation import contact_problem, indent_object
 from virtual_lab.load_steps import LoadSteps, mirrored, read_load_steps, write_load_steps
 from virtual_lab.motion import HOVER_M, Operator
 from virtual_lab.record import FACING
 from virtual_lab.shapes import shape_of
+from virtual_lab.wrench import gauge_record
 
 R = 0.00622
 TILT_RAD = np.deg2rad(20)
@@ -125,6 +130,24 @@ def test_load_steps_keep_their_direction(inclined, straight, tmp_path):
     write_load_steps(tmp_path / "straight.npz", straight)
     with np.load(tmp_path / "straight.npz") as data:
         assert not {"direction", "heading"} & set(data.files)
+
+
+def test_the_sensor_records_the_force_as_it_is(inclined, probe):
+    """Read as the tool reads it, the record gives the force's vector back."""
+    lab = {"noise_v": 0.002, "bias_v": 0.3, "mass_kg": 0.03, "centre_of_mass_m": [0, 0, 0.035]}
+    stiff = LoadSteps(**(vars(inclined) | {"force_n": 20 * inclined.force_n}))
+    operator = operator_of(depth_m=0.0015, hold_s=1.0, direction=stiff.direction)
+    path = operator.at(np.arange(0, 4, 0.001))
+    force, turns = stiff.force_vector_at(path.depth_m), path.object_from_force
+    record = gauge_record(path.time_s, force, turns, probe, lab, np.random.default_rng(0))
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    poses[:, :3, :3] = turns[0] @ np.array(probe["marker_from_force"])[:3, :3].T
+    table = marker_columns(poses).assign(time_s=[0.3, 3.5])
+    known = zeroed(record, probe, 0.4, 0.3)
+    found = frame_wrenches(known, table, probe, Force(matching="linear"))[WRENCH].to_numpy()
+    assert np.abs(found[:, :3] - [np.zeros(3), -force[3500]]).max() < 0.12
+    # A normal force alone would be seen along the probe's axis.
+    assert np.linalg.norm(np.cross(force[3500], INCLINED)) > 0.6
 
 
 @pytest.mark.long

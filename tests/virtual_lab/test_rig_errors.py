@@ -18,7 +18,7 @@ from virtual_lab.rig_errors import errors_of, sphere_radius_m
 from virtual_lab.rules import LabRules
 from virtual_lab.scene import Bench, Scene
 from virtual_lab.specification import ErrorSizes
-from virtual_lab.wrench import inertial_wrench
+from virtual_lab.wrench import gauge_record, inertial_wrench
 
 POINT = np.array([-0.05, 0.0, 0.0475])
 DOWN = np.diag([1.0, -1.0, -1.0])
@@ -74,6 +74,11 @@ def test_a_named_rig_differs_in_all(common, sensors, probe):
     assert 1e-6 < np.abs(targets[0] - targets[2]).max() < 0.01
     error = np.linalg.inv(np.array(probe["marker_from_force"])) @ targets[0]
     assert 0 < np.linalg.norm(error[:3, 3]) < 4 * common["probe_error"]["shift_m"]
+    assert 0 < angle_deg(error) < 4 * common["probe_error"]["angle_deg"]
+
+
+def angle_deg(pose):
+    return np.degrees(np.arccos((np.trace(pose[:3, :3]) - 1) / 2))
 
 
 def test_errors_have_their_sizes(common, sensors, probe):
@@ -90,6 +95,25 @@ def test_errors_have_their_sizes(common, sensors, probe):
     assert np.std(radii) == pytest.approx(0.007 * 0.00622, rel=0.1)
     masses = [rig.force(common["force"])["mass_kg"] for rig in rigs]
     assert np.std(masses) == pytest.approx(0.001, rel=0.1)
+
+
+def test_the_force_sensors_gain_is_in_its_record(common, sensors, probe):
+    sizes = {"force_gain": 0.02, "force_crosstalk": 0.01}
+    errors, time_s = errors_of(common, {"device": sizes}, sensors["kinect"]), np.arange(0, 4, 0.001)
+    force = np.where(time_s > 2, 5.0, 0.0)[:, None] * [0, 0, 1]
+    turn = np.broadcast_to(DOWN, (len(time_s), 3, 3))
+
+    def step(**how):
+        given = force, turn, probe, common["force"], np.random.default_rng(0)
+        volts = gauge_record(time_s, *given, **how)[[f"v{k}" for k in range(6)]].to_numpy()
+        found = volts @ np.array(probe["gauge"]["calibration"]).T
+        return (found[time_s > 2].mean(axis=0) - found[time_s <= 2].mean(axis=0))[:3]
+
+    plain = step()
+    assert plain == pytest.approx([0, 0, -5], abs=0.01)
+    found = step(measured=lambda load: errors.measured(time_s, load, np.random.default_rng(0)))
+    assert found == pytest.approx(errors.gain[:3] @ [0, 0, -5, 0, 0, 0], abs=0.01)
+    assert np.abs(found - plain).max() > 0.03
 
 
 def test_a_lag_is_that_of_a_first_order(common, sensors):
@@ -197,13 +221,25 @@ def test_a_lens_bends_the_corner_by_its_size(common, sensors):
     assert np.corrcoef(np.reshape(outward_px, (-1, 2)).T)[0, 1] == pytest.approx(0, abs=0.25)
 
 
+def test_a_longer_baseline_of_a_depth_sensor_is_a_larger_disparity(common, spec, bench, sensors):
+    scene, found = Scene(Bench(np.full((4, 4, 3), 0.6), None)), []
+    for sizes in ({}, {"baseline": 0.1}):
+        errors = errors_of(common, {"device": sizes}, sensors["kinect"])
+        camera = make_rig(common, errors, spec["cameras"]["kinect"], bench).depth
+        found.append((camera.true_signal(scene)[0], errors.sensor["depth"]["baseline_m"]))
+    (plain, stated_m), (wide, real_m) = found
+    assert stated_m == sensors["kinect"]["depth"]["baseline_m"]
+    assert abs(real_m / stated_m - 1) > 1e-3
+    assert np.nanmedian(wide / plain) == pytest.approx(real_m / stated_m, rel=1e-6)
+
+
 def test_the_cameras_of_a_depth_sensor_are_placed_a_little_otherwise(common, sensors):
     stated = sensors["kinect"]
     sizes = {"color_from_depth_deg": 0.1, "color_from_depth_m": 0.001}
     poses = stated, errors_of(common, {"device": sizes}, stated).sensor
     poses = [np.array(sensor["depth"]["color_from_depth"]) for sensor in poses]
     error = np.linalg.inv(poses[0]) @ poses[1]
-    assert 0.02 < np.degrees(np.arccos((np.trace(error[:3, :3]) - 1) / 2)) < 0.5
+    assert 0.02 < angle_deg(error) < 0.5
     assert 2e-4 < np.linalg.norm(error[:3, 3]) < 5e-3
 
 
@@ -280,6 +316,21 @@ def test_a_frame_is_the_mean_of_its_exposure(imaged):
     parts = [linear(imaged([place] * 3 + [AWAY], sizes, frames=1)) for place in places]
     assert np.abs(whole - np.mean(parts, axis=0)).max() < 0.015
     assert np.abs(whole - parts[0]).max() > 0.1
+
+
+@pytest.mark.parametrize(
+    ("sizes", "moments_s"),
+    [
+        ({}, [0]),
+        ({"depth_delay_s": 0.03}, [0, 0.03]),
+        ({"exposure_s": 0.03}, [0, -0.01, 0.01, 0]),
+        ({"exposure_s": 0.03, "depth_delay_s": 0.02}, [0, -0.01, 0.01, 0.02]),
+    ],
+)
+def test_the_moments_of_a_frame(common, sensors, sizes, moments_s):
+    """Of its colours, about its stamp, and of its depth."""
+    errors = errors_of(common, {"device": sizes}, sensors["kinect"])
+    assert errors.moments_s == pytest.approx(moments_s)
 
 
 def test_depth_may_come_after_its_colours(imaged):
@@ -374,6 +425,15 @@ def test_a_template_in_error_has_smooth_bumps():
     # Independent ends of edges would differ by 1.4 times their deviation.
     assert np.diff(height[top], axis=1).std() < 0.8 * height[top].std()
     assert template.is_watertight
+
+
+def test_what_is_written_of_an_object_has_its_own_errors_alone(lab):
+    lab = copy.deepcopy(lab)
+    lab["device"] = {"declared_m": 0.002, "template_m": 0, "focal": 0.1}
+    rules, ball = LabRules(SimpleNamespace(lab=lab)), SimpleNamespace(object="foam_ball")
+    assert rules.written(ball) == {"seed": lab["seed"], "device": {"declared_m": 0.002}}
+    lab["objects"]["foam_ball"]["device"] = {}
+    assert rules.written(ball) == {}
 
 
 def test_an_undeclared_point_and_direction(lab):
