@@ -259,6 +259,7 @@ def test_a_retract_alone_is_turned_whichever_way_its_columns_count(way, sign, tm
     found = fitted(path, capsys, *PARABOLA)
     assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.01)
     assert any("its rows were turned" in line for line in found["doubts"])
+    assert any("not plain" in one and "to begin pressed" in one for one in found["doubts"])
 
 
 def test_of_cycles_the_deepest_loading_is_taken(tmp_path):

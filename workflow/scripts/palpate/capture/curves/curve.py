@@ -186,10 +186,11 @@ def _doubts(plain: bool, backwards: bool, free: int, left_out: float) -> Iterato
         )
     elif backwards:
         yield "the record begins at its deepest, as a retract does: its rows were turned"
-    elif not plain:
+    if not plain:
+        begins = "pressed" if free or backwards else "free"
         yield (
             "which end of the record is free is not plain (a force that softens?): it is taken to"
-            " begin free"
+            f" begin {begins}"
         )
     if left_out > FEW_LEFT_OUT:
         yield f"{100 * left_out:.2g} % of the rows have no number where depth or force stand"
