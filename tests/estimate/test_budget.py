@@ -282,7 +282,8 @@ def estimate(options, *captures, known=UNSTATED):
     best = Solution((TRUTH,) * len(captures), 0.0, scales, blocks, captures, options, True)
     moduli = quantities.quantities_of(best, radius_m=RADIUS_M)
     budget = budget_of(best, moduli, known, radius_m=RADIUS_M)
-    return budget, quantities.intervals(best, moduli, budget)
+    profile = quantities.Profile.of(best, moduli, budget)
+    return budget, quantities.intervals(best, moduli, budget, profile)
 
 
 def budget(options, *captures, known=UNSTATED):

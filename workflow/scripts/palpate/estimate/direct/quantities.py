@@ -5,14 +5,16 @@ material law; E right at the touch carries that of the relaxation. The effective
 that of the neo-Hookean solid with the same force at a depth that was reached and after a second.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
 from scipy.special import ndtri, stdtrit
 
-from palpate.estimate.direct.fit import Solution
+from palpate.estimate.direct.fit import Solution, held_at
 from palpate.estimate.direct.indentation import FORCE_LAW, LOG_E, NU, SHARED
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.warnings import FAR_ZERO, at_end, farthest_zero
@@ -41,7 +43,7 @@ EFFECTIVE_PART = 0.7
 TABOR = 0.2
 # An indentation that leaves more of the deviation that was known beforehand says nothing of nu.
 TOLD_PART = 0.8
-NU_STEPS = 41
+NU_STEPS = 201
 SHEAR, BULK = "shear_modulus_pa", "bulk_modulus_pa"
 NAMES = (*LABELS, SHEAR, BULK)
 EFFECTIVE, E, E_1S, POISSON, STAR = range(len(LABELS))
@@ -122,47 +124,113 @@ def over_star_by_nu(nu: float) -> NDArray:
     return np.array([0.0, young, young, 0.0, 0.0, -1 / (1 - nu), young + 2 / (1 - 2 * nu)])
 
 
-def intervals(best: Solution, quantities: Quantities, budget: "Budget") -> dict[str, Modulus]:
+@dataclass(frozen=True)
+class Profile:
+    """The least cost over all other unknowns, along Poisson's ratio.
+
+    Attributes
+    ----------
+    nu : float
+        Of the estimate.
+    at : callable
+        Of Poisson's ratios (n,): `Quantities.values` (n, 7), how far the cost is above the
+        estimate's (n,), and standard deviations of what does not go with nu, over the estimate's
+        (n, 7).
+    """
+
+    nu: float
+    at: Callable[[NDArray], tuple[NDArray, NDArray, NDArray]]
+
+    @staticmethod
+    def of(best: Solution, quantities: Quantities, budget: "Budget") -> "Profile":
+        """Fit again at some Poisson's ratios that are held, and interpolate."""
+        nu, known = float(quantities.values[POISSON]), best.options.poisson_ratio
+        std = max(best.std[NU], budget.std[POISSON])
+        half = stdtrit(budget.freedom.min(), (1 + CONFIDENCE) / 2) * std
+        middle = [nu, nu if known is None else known]
+        low, high = _ends(best, min(middle) - half, max(middle) + half)
+        nodes = np.unique([low, (low + nu) / 2, nu, (nu + high) / 2, high])
+        held = [held_at(best, node) for node in nodes]
+        options = best.options.changed(effective_depth_m=quantities.depth_m)
+        each = [quantities_of(replace(one, options=options), radius_m=1.0) for one in held]
+        slopes = np.stack([one.slopes for one in each])
+        covariance = slopes @ np.stack([one.covariance for one in held]) @ slopes.swapaxes(1, 2)
+        with_nu = covariance[:, POISSON]
+        variance = np.diagonal(covariance, axis1=1, axis2=2) - with_nu**2 / with_nu[:, [POISSON]]
+        # Moduli over E* are known exactly.
+        beside = np.stack([one.values for one in each]) - over_star(nodes).T
+        columns = beside, np.sqrt(np.maximum(variance, 1e-12)), [[one.cost] for one in held]
+        curves, count = CubicSpline(nodes, np.hstack(columns)), len(NAMES)
+        start = curves(nu)
+
+        def at(ratios: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+            values, spread, cost = np.split(curves(ratios), [count, 2 * count], axis=1)
+            spread = spread / start[count:-1]
+            return values + over_star(ratios).T, cost[:, 0] - start[-1], spread
+
+        return Profile(nu, at)
+
+    def interval(self, k: int, reach: NDArray, rest: float, part: float) -> Modulus:
+        """Interval of a modulus [Pa]: where the cost rises by at most 1 / part.
+
+        Parameters
+        ----------
+        k : int
+            Place of the modulus in `NAMES`.
+        reach : (2,) array
+            Least and greatest Poisson's ratio.
+        rest : float
+            Half-width of its logarithm at the estimate's Poisson's ratio.
+        part : float
+        """
+        values, rise, spread = self.at(np.append(np.linspace(*reach, NU_STEPS), self.nu))
+        half = rest * spread[:, k] * np.sqrt(np.clip(1 - part * rise, 0, 1))
+        low, high = (values[:, k] + side * half for side in (-1, 1))
+        return Modulus.of_pascals(*map(float, np.exp([values[-1, k], low.min(), high.max()])))
+
+
+def intervals(
+    best: Solution, quantities: Quantities, budget: "Budget", profile: Profile
+) -> dict[str, Modulus]:
     """Moduli with their intervals and verdicts.
 
-    Poisson's ratio ends at the range's bounds; of a modulus, what goes with Poisson's ratio ends
-    where that does, and E is E* (1 - nu^2) at each. G and K follow the stated interval of nu, have
-    no verdict where nu has none, and K has no upper end where nu reaches the range's.
+    Poisson's ratio ends at the range's bounds. Moduli have the intervals of the profile likelihood
+    along it; those of G and K follow the stated interval of nu, have no verdict where nu has none,
+    and K has no upper end where nu reaches the range's.
 
     Parameters
     ----------
     best : Solution
     quantities : Quantities
     budget : Budget
+    profile : Profile
     """
-    options, values, slopes = best.options, quantities.values, quantities.slopes
+    options, nu = best.options, float(quantities.values[POISSON])
     quantile = stdtrit(budget.freedom, (1 + CONFIDENCE) / 2)
-    bounds, nu = options.poisson_ratio_bounds, float(values[POISSON])
-    # What fewer frames than moduli and relaxation amplitudes say of nu is the priors'.
-    frames = sum(len(one.frames) for one in best.indentations)
-    few = frames < 2 + len(options.relaxation_times_s) and options.poisson_ratio is None
-    moved = slopes @ best.covariance @ slopes[POISSON]
-    by_nu, nu_std = moved / moved[POISSON], np.sqrt(moved[POISSON])
-    # Of moduli what goes with nu beside what E* and nu give exactly, linearly.
-    beside = by_nu - over_star_by_nu(nu)
+    bounds, of_nu = options.poisson_ratio_bounds, budget.std[POISSON]
+    moved = quantities.slopes @ best.covariance @ quantities.slopes[POISSON]
+    nu_std = np.sqrt(moved[POISSON])
+    few = _few_frames(best)
     # What the fit contradicts is no better for its interval.
     contradicted = not best.converged or farthest_zero(best)[1] > FAR_ZERO
-
-    def ends(half: float) -> NDArray:
-        return np.array(bounds) if few else np.clip([nu - half, nu + half], *bounds)
-
+    nu_half = quantile[POISSON] * of_nu
+    ratio = _ratio(nu, _ends(best, nu - nu_half, nu + nu_half), nu_std, contradicted, options)
     found = {}
-    for k, name in enumerate(LABELS):
+    for k, name in enumerate(NAMES):
         if k == POISSON:
-            half = quantile[k] * budget.std[k]
-            found[name] = _ratio(nu, ends(half), nu_std, contradicted, options)
+            found[name] = ratio
             continue
-        # The budget holds the covariance: what is left of it does not go with nu.
-        rest = quantile[k] * np.sqrt(max(budget.std[k] ** 2 - (by_nu[k] * nu_std) ** 2, 0.0))
-        modulus = _following(quantities, k, ends(quantile[k] * nu_std), beside[k], rest)
-        found[name] = replace(modulus, verdict=NOT_JUDGED) if contradicted else modulus
-    ratio = found[NAMES[POISSON]]
-    found |= _of_both(quantities, budget, ratio, quantile[STAR])
+        if k < len(LABELS):
+            half, part = quantile[k] * nu_std, quantile[k] ** -2
+            reach = _ends(best, nu - half, nu + half)
+            # The budget holds the covariance: what is left of it does not go with nu.
+            rest = quantile[k] * np.sqrt(max(budget.std[k] ** 2 - (moved[k] / nu_std) ** 2, 0.0))
+        else:
+            reach, part = np.array([ratio.low, ratio.high]), (nu_std / nu_half) ** 2
+            rest = quantile[STAR] * _star_beside_nu(budget.std, nu)
+        found[name] = profile.interval(k, reach, rest, 0.0 if few else part)
+        if contradicted:
+            found[name] = replace(found[name], verdict=NOT_JUDGED)
     if ratio.high >= bounds[1] - AT_BOUND:
         found[BULK] = replace(found[BULK], high=None, verdict=BOUNDED)
     if ratio.verdict in (NOT_IDENTIFIED, NOT_JUDGED):
@@ -170,36 +238,29 @@ def intervals(best: Solution, quantities: Quantities, budget: "Budget") -> dict[
     return bounded_at_best(found) if few or at_end(best) else found
 
 
-def _following(quantities: Quantities, k: int, ends: NDArray, slope: float, rest: float) -> Modulus:
-    """Modulus that follows nu between ends, E* by a slope; the rest of it adds in squares."""
-    nu, value, ratios = (
-        float(quantities.values[POISSON]),
-        quantities.values[k],
-        np.linspace(*ends, NU_STEPS),
-    )
-    moved = slope * (ratios - nu) + over_star(ratios)[k] - over_star(nu)[k]
-    low = value - np.hypot(rest, min(moved.min(), 0.0))
-    high = value + np.hypot(rest, max(moved.max(), 0.0))
-    return Modulus.of_pascals(*map(float, np.exp([value, low, high])))
+def _few_frames(best: Solution) -> bool:
+    """Whether there are fewer than moduli and amplitudes: what they say of nu is the priors'."""
+    frames = sum(len(one.frames) for one in best.indentations)
+    few = frames < 2 + len(best.options.relaxation_times_s)
+    return few and best.options.poisson_ratio is None
 
 
-def _of_both(
-    quantities: Quantities, budget: "Budget", ratio: Modulus, quantile: float
-) -> dict[str, Modulus]:
-    """G and K: E* follows the interval of nu as it does in the budget, the rest adds in squares.
+def _ends(best: Solution, low: float, high: float) -> NDArray:
+    """Ends of an interval of nu within its bounds; of few frames these."""
+    bounds = best.options.poisson_ratio_bounds
+    return np.array(bounds) if _few_frames(best) else np.clip([low, high], *bounds)
+
+
+def _star_beside_nu(std: NDArray, nu: float) -> float:
+    """Deviation of log E* beside what goes with nu, by those of all quantities, (7,).
 
     Of G = E* (1 - nu)/2 the variances of three give the covariance of two.
     """
-    nu = float(quantities.values[POISSON])
-    of_star, of_nu, of_G = budget.std[[STAR, POISSON, NAMES.index(SHEAR)]] ** 2
-    by_nu = over_star_by_nu(nu)[NAMES.index(SHEAR)]
-    most = np.sqrt(of_star / max(of_nu, 1e-300))
-    slope = (of_G - of_star - by_nu**2 * of_nu) / (2 * by_nu * max(of_nu, 1e-300))
-    slope = np.clip(slope, -most, most)
-    rest = quantile * np.sqrt(max(of_star - slope**2 * of_nu, 0.0))
-    ends = np.array([ratio.low, ratio.high])
-    both = {name: NAMES.index(name) for name in (SHEAR, BULK)}
-    return {name: _following(quantities, k, ends, slope, rest) for name, k in both.items()}
+    shear = NAMES.index(SHEAR)
+    of_star, of_nu, of_G = std[[STAR, POISSON, shear]] ** 2
+    by_nu = over_star_by_nu(nu)[shear]
+    both = (of_G - of_star - by_nu**2 * of_nu) / (2 * by_nu)
+    return float(np.sqrt(max(of_star - both**2 / max(of_nu, 1e-300), 0.0)))
 
 
 def _ratio(nu: float, ends: NDArray, std: float, contradicted: bool, options: Fit) -> Modulus:
