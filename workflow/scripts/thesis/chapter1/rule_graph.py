@@ -62,25 +62,13 @@ def direct_edges(reads: Mapping[str, set[str]]) -> set[tuple[str, str]]:
     }
 
 
-def figure_1_1(rules: Sequence[Mapping]) -> Figure:
+def figure_1_1(inputs: Any, params: Any) -> Figure:
     """Overview of the workflow from a capture to its parameters (Fig. 1.1).
 
-    Parameters
-    ----------
-    rules : sequence of mapping
-        ``rule``, ``stage``, ``recorded`` (list), ``reads`` (rule to list of files) and ``wanted``
-        (list of its files that nobody reads) of each rule.
-
-    Raises
-    ------
-    ValueError
-        If there is none, or one reads what none of them writes.
+    Its rules are those of `way_to_moduli`.
     """
+    rules = params.rules
     reads = {rule["rule"]: set(rule["reads"]) for rule in rules}
-    if unknown := set().union(*reads.values()) - set(reads):
-        raise ValueError(f"rules: expected known rules, found {min(unknown)}")
-    if not rules:
-        raise ValueError("rules: expected at least one, found none")
     figure = plt.figure(figsize=(PAGE_IN, ROW_IN * (DEPTH + 1.6)))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(-0.06, WIDTH + 0.06), ylim=(DEPTH + 1.08, -0.52))
@@ -143,8 +131,3 @@ def _box(axes: Axes, rule: Mapping, writes: Sequence[str], place: tuple) -> None
         longest = max(map(len, text.split("\n")))
         look = {"fontsize": size * min(1, LINE / max(longest, 1)), "color": ink, "weight": weight}
         axes.text(place[0], place[1] + down, text, linespacing=1.0, **CENTRED | look)
-
-
-def make_figure_1_1(inputs: Any, params: Any) -> Figure:
-    """The figure from the rules of the workflow."""
-    return figure_1_1(params.rules)

@@ -1,6 +1,6 @@
 """Figure 4.4: a plane fitted to a vertex of a captured cloud and its neighbours."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,20 +11,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.json_fields import read_all
 from palpate.report.panels import named
-from palpate.report.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PAGE_IN,
-    sensor_name,
-)
+from palpate.report.style import BLUE, GREEN, GREY, ORANGE, PAGE_IN, sensor_name
 from palpate.report.views import View
 from palpate.units import MILLIMETRES
 from palpate.vision.clouds import Cloud, read_clouds
 from scipy.spatial import cKDTree
 
-from thesis.diagrams import TEXT_PT, Sketch, blank, legend_below, scale_bar
+from thesis.diagrams import TEXT_PT, Sketch, blank, legend_below, provenances, scale_bar
 
 # P lies so far from the pressed point, on the rim of the dent [m].
 ASIDE_M = np.array([0.011, 0.0, 0.0])
@@ -115,27 +108,14 @@ def pressed_plane(cloud: Cloud, alignment: Mapping, *, neighbours: int) -> tuple
     return turned, fit_plane(turned, near, neighbours=neighbours)
 
 
-def make_figure_4_4(inputs: Any, params: Any) -> Figure:
-    """The figure, of each capture's last frame."""
+def figure_4_4(inputs: Any, params: Any) -> Figure:
+    """Plane fitted to a vertex and its neighbours in each capture's last cloud (Fig. 4.4)."""
     planes = [
         pressed_plane(read_clouds(clouds)[-1], alignment, neighbours=params.neighbours)
         for clouds, alignment in zip(inputs.clouds, read_all(inputs.alignments), strict=True)
     ]
-    return figure_4_4(params.captures, planes)
-
-
-def figure_4_4(captures: Sequence[Mapping], planes: Sequence[tuple[Cloud, PlaneFit]]) -> Figure:
-    """Plane fitted to a vertex and its neighbours in captured clouds (Fig. 4.4).
-
-    Parameters
-    ----------
-    captures : sequence of mapping
-        ``sensor`` and ``provenance`` of each.
-    planes : sequence of (Cloud, PlaneFit)
-        See `pressed_plane`.
-    """
     figure = plt.figure(figsize=(PAGE_IN, 4.3))
-    count = len(captures)
+    captures, count = params.captures, len(params.captures)
     letters = iter("abcdefghijkl")
     for k, (capture, (cloud, fit)) in enumerate(zip(captures, planes, strict=True)):
         left, width = (k + 0.14) / count, 0.82 / count
@@ -145,8 +125,7 @@ def figure_4_4(captures: Sequence[Mapping], planes: Sequence[tuple[Cloud, PlaneF
         side = figure.add_axes((left, 0.17, width, 0.24))
         _heights(side, fit)
         named(side, next(letters), "Distances from the plane")
-    provenances = {capture["provenance"] for capture in captures}
-    return legend_below(figure, figure.axes[0], provenances, lay_out=False)
+    return legend_below(figure, figure.axes[0], provenances(params), lay_out=False)
 
 
 def _space(sketch: Sketch, cloud: Cloud, fit: PlaneFit) -> None:

@@ -1,6 +1,5 @@
 """Figure 4.8: the pinhole camera model, with a sensor's own optics."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -23,38 +22,15 @@ SIDE, AWAY = View(227, 20), 2.0
 SHOWN = np.array([0.6, -0.78])
 
 
-def make_figure_4_8(inputs: Any, params: Any) -> Figure:
-    """The figure, of a sensor's file."""
-    sensor = params.sensor
-    return figure_4_8(sensor["color"], depth_m=params.depth_m, name=sensor["sensor"])
-
-
-def figure_4_8(camera: Mapping, *, depth_m: float, name: str) -> Figure:
-    """Pinhole camera model and the camera matrix (Fig. 4.8, Eq. 4.7-4.8).
-
-    Parameters
-    ----------
-    camera : mapping
-        ``color`` block of a sensor's file.
-    depth_m : float
-        Depth of the drawn point [m].
-    name : str
-        Sensor whose colour camera is drawn.
-
-    Raises
-    ------
-    ValueError
-        If the depth is not positive.
-    """
-    if not depth_m > 0:
-        raise ValueError(f"depth_m: expected a positive length, found {depth_m} m")
-    optics = camera_from_spec(camera)
-    pixel, point = shown_point(optics, depth_m)
+def figure_4_8(inputs: Any, params: Any) -> Figure:
+    """Pinhole camera model and the camera matrix of a sensor's file (Fig. 4.8, Eq. 4.7-4.8)."""
+    optics = camera_from_spec(params.sensor["color"])
+    pixel, point = shown_point(optics, params.depth_m)
     figure = plt.figure(figsize=(PAGE_IN, 3.2))
     _draw(blank(figure, (0.02, 0.02, 0.59, 0.88), "Projection", "a"), optics, pixel)
     axes = figure.add_axes((0.65, 0.02, 0.34, 0.88))
     axes.set_axis_off()
-    named(axes, "b", f"{sensor_name(name)}, colour camera")
+    named(axes, "b", f"{sensor_name(params.sensor['sensor'])}, colour camera")
     _write(axes, optics, pixel, point)
     return figure
 

@@ -21,44 +21,22 @@ from palpate.report.style import (
 from palpate.report.tables import bound_mark
 from palpate.units import KILOPASCALS, MILLIMETRES
 
+from thesis.diagrams import provenances
+
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
 
-def make_minimisation(inputs: Any, params: Any) -> Figure:
-    """Course of each capture's minimisation: whole, or its first iterations."""
-    minima, shown = read_all(inputs.results), {"iterations": params.iterations}
-    return figure_5_8(params.captures, minima, error=params.error, **shown)
-
-
-def figure_5_8(
-    captures: Sequence[Mapping],
-    minima: Sequence[Mapping],
-    *,
-    error: str,
-    iterations: int | None = None,
-) -> Figure:
+def minimisation(inputs: Any, params: Any) -> Figure:
     """Lame parameters and error against iteration, a column per sensor.
 
-    Parameters
-    ----------
-    captures : sequence of mapping
-    minima : sequence of mapping
-        minimise-<error>.json of each capture.
-    error : str
-        Error option.
-    iterations : int, optional
-        Show no more than so many of the first iterations.
-
-    Returns
-    -------
-    Figure
-        Figures 5.8, 5.9, 5.14 and 5.17.
+    Figures 5.8, 5.9, 5.14 and 5.17: whole, or the first ``params.iterations``.
     """
+    captures, minima = params.captures, read_all(inputs.results)
     count = len(minima)
     size = (max(COLUMN_IN, PAGE_IN * count / 2), 4.5)
     figure, axes = plt.subplots(3, count, figsize=size, sharex=True, squeeze=False)
     for column, capture, minimum, first in zip(axes.T, captures, minima, range(count), strict=True):
-        _trace_panels(column, minimum["trace"][:iterations])
+        _trace_panels(column, minimum["trace"][: params.iterations])
         place = f"{capture['object'].replace('_', ' ')}, point {capture['point']}"
         title = f"{sensor_name(capture['sensor'])}: {place}{bound_mark(minimum)}"
         for panel, letter, text in zip(
@@ -69,8 +47,8 @@ def figure_5_8(
         panel.set_ylabel(label)
     figure.align_ylabels(axes[:, 0])
     figure.tight_layout(rect=(0, 0.03, 1, 1))
-    figure.text(0.01, 0.008, f"error of {ERROR_NAMES[error]}", fontsize=7.5, va="bottom")
-    label_provenance(figure, {capture["provenance"] for capture in captures})
+    figure.text(0.01, 0.008, f"error of {ERROR_NAMES[params.error]}", fontsize=7.5, va="bottom")
+    label_provenance(figure, provenances(params))
     return figure
 
 

@@ -22,31 +22,20 @@ from palpate.report.style import (
 )
 from palpate.units import KILOPASCALS, PERCENT
 
+from thesis.diagrams import provenances
+
 COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
 # Curves end where their error is this much above the least: the rest says nothing more.
 HIGHEST_PERCENT = 12.0
 
 
-def make_poisson_profiles(inputs: Any, params: Any) -> Figure:
-    """Profiles of all minima."""
-    minima = minima_by_key(params.captures, params.errors, inputs.results)
-    return poisson_profiles(params.captures, minima)
-
-
-def poisson_profiles(
-    captures: Sequence[Mapping], minima: Mapping[tuple[str, str, str, str], Mapping]
-) -> Figure:
+def poisson_profiles(inputs: Any, params: Any) -> Figure:
     """Profile of the error over nu and the E that belongs to it.
 
     A column per object, two rows per error option.
-
-    Parameters
-    ----------
-    captures : sequence of mapping
-        ``object, sensor, capture, point, provenance``.
-    minima : mapping
-        minimise-<error>.json by (object, sensor, capture, error).
     """
+    captures = params.captures
+    minima = minima_by_key(captures, params.errors, inputs.results)
     errors = sorted({key[3] for key in minima}, reverse=True)
     objects = list(dict.fromkeys(capture["object"] for capture in captures))
     figure, axes = plt.subplots(
@@ -70,7 +59,7 @@ def poisson_profiles(
     for row in axes[1::2, 0]:
         row.set_ylabel("Best E for it (kPa)")
     axes[0, 0].set_xlim(0, 0.5)
-    return finished(figure, {capture["provenance"] for capture in captures})
+    return finished(figure, provenances(params))
 
 
 def _key(capture: Mapping) -> tuple[str, str, str]:
