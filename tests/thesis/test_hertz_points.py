@@ -89,7 +89,7 @@ def test_curves_meet_where_they_are_aligned():
         fit = make_fit(E_star, noise_n=0.0)
         force = np.interp(0.0, hertz_curves.aligned_depth(fit), fit["samples"]["force_n"])
         assert force == pytest.approx(hertz_curves.ALIGNED_AT_N, abs=1e-9)
-    with pytest.raises(ValueError, match="force: expected a press that passes 9 N, found"):
+    with pytest.raises(ValueError, match="force: expected an indentation that passes 9 N, found"):
         hertz_curves.aligned_depth(make_fit(), force_n=9)
 
 

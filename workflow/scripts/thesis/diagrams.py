@@ -144,6 +144,15 @@ def provenances(params: Any) -> set[str]:
     return {capture["provenance"] for capture in params.captures}
 
 
+def tangents(normal: NDArray) -> NDArray:
+    """Two unit vectors across a vector of any length, the first as near x as can be, (2, 3)."""
+    normal = normal / np.linalg.norm(normal)
+    axis = np.eye(3)[0 if abs(normal[0]) < 0.9 else 1]
+    first = axis - (axis @ normal) * normal
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first)])
+
+
 def write(
     axes: Axes, place: Sequence, text: str, side: Sequence, points: float = 6, **look
 ) -> None:

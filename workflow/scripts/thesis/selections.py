@@ -9,7 +9,7 @@ from typing import Any
 
 from palpate.workflow.run import BALL, EAR, Described
 
-from thesis.chapter1.moduli_rules import way_to_moduli
+from thesis.chapter1.moduli_rules import path_to_moduli
 from thesis.sensor_selections import SensorSelection
 from thesis.tracker.options import options_of
 
@@ -111,7 +111,7 @@ class Selection(SensorSelection):
         ]
 
     def attempts(self) -> list[Described]:
-        """Repeated presses of the block: captures whose names carry an attempt, per sensor."""
+        """Repeated indentations of the block: captures whose names carry an attempt, per sensor."""
         return [c for c in self.of_the_block() if c["capture"] != c["point"]]
 
     def repeated(self) -> list[Described]:
@@ -278,7 +278,7 @@ class Selection(SensorSelection):
 
     def rules_to_moduli(self) -> Callable:
         """Rules from a capture to its moduli, once all are there."""
-        return lambda wildcards: way_to_moduli(self.run, self.run.rules)
+        return lambda wildcards: path_to_moduli(self.run, self.run.rules)
 
     def results_folder(self) -> Callable:
         """Folder of all results, from a table's."""

@@ -1,4 +1,4 @@
-"""Figure 1.1: the way from a capture to its parameters, by the workflow's rules."""
+"""Figure 1.1: the path from a capture to its parameters, by the workflow's rules."""
 
 from collections.abc import Mapping, Sequence
 from textwrap import fill
@@ -45,11 +45,11 @@ NAME_PT, FILE_PT = 7.5, 6.0
 LINE, LONG_NAME = 17, 13
 CENTRED = {"ha": "center", "va": "center", "zorder": 4}
 NOTE = "box: recordings that a rule reads (grey), its name, its files that others read\n"
-NOTE += "arrow: who reads them; left out where a longer way leads there too"
+NOTE += "arrow: who reads them; left out where a longer path leads there too"
 
 
 def direct_edges(reads: Mapping[str, set[str]]) -> set[tuple[str, str]]:
-    """Edges (from, to) between which no longer way leads (transitive reduction)."""
+    """Edges (from, to) between which no longer path leads (transitive reduction)."""
 
     def before(name: str) -> set[str]:
         return reads[name] | {far for near in reads[name] for far in before(near)}
@@ -65,7 +65,7 @@ def direct_edges(reads: Mapping[str, set[str]]) -> set[tuple[str, str]]:
 def figure_1_1(inputs: Any, params: Any) -> Figure:
     """Overview of the workflow from a capture to its parameters (Fig. 1.1).
 
-    Its rules are those of `way_to_moduli`.
+    Its rules are those of `path_to_moduli`.
     """
     rules = params.rules
     reads = {rule["rule"]: set(rule["reads"]) for rule in rules}
@@ -109,8 +109,8 @@ def _arrow(axes: Axes, start: tuple, stop: tuple, *, half: float = BOX_HEIGHT / 
         near, far = (start[0] + side * BOX_WIDTH / 2 for side in (1, 1.075))
         line = [(near, start[1]), (far, start[1]), (far, stop[1]), (near, stop[1])]
     else:
-        lean = 0.22 * np.tanh(stop[0] - start[0])
-        line = [(start[0] + lean, start[1] + BOX_HEIGHT / 2), (stop[0] - lean, stop[1] - half)]
+        aside = 0.22 * np.tanh(stop[0] - start[0])
+        line = [(start[0] + aside, start[1] + BOX_HEIGHT / 2), (stop[0] - aside, stop[1] - half)]
     look = ARROW | {"arrowstyle": "-|>,head_width=1.4,head_length=3", "mutation_scale": 1}
     axes.add_patch(FancyArrowPatch(path=Path(line), zorder=2, **look))
 

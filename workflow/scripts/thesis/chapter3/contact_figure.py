@@ -1,6 +1,5 @@
 """Figure 3.3: where the force acts on the meshes."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -20,32 +19,11 @@ from palpate.solid.mesh import SolidMesh, read_solid, refine_near
 from palpate.surface.tracked import Tracked, load_tracked
 from palpate.units import MILLIMETRES
 
-from thesis.diagrams import DASHED, provenances
+from thesis.diagrams import DASHED, provenances, tangents
 from thesis.minimise.options import Solid
 
 REACH_MM = 16
 PLACE = "#F4F4F4"
-
-
-@dataclass(frozen=True)
-class ContactView:
-    """A mesh at the contact, object frame.
-
-    Attributes
-    ----------
-    title : str
-    vertices_m : (n, 3) array
-        [m].
-    triangles : (m, 3) int array
-        Of the surface, outward.
-    contact : (3,) int array
-        Vertices of the contact triangle.
-    """
-
-    title: str
-    vertices_m: NDArray
-    triangles: NDArray
-    contact: NDArray
 
 
 def figure_3_3(inputs: Any, params: Any) -> Figure:
@@ -60,8 +38,9 @@ def figure_3_3(inputs: Any, params: Any) -> Figure:
     views = _views(read_solid(inputs.solid), tracked, Solid.read(params.solid), radius_m)
     figure, axes = plt.subplots(1, len(views), figsize=(PAGE_IN, 4.1), squeeze=False)
     circle = min(np.sqrt(radius_m * max(depth_m, 0)), radius_m) * MILLIMETRES
-    for panel, view in zip(axes[0], views, strict=True):
-        _panel(panel, view, point_m, circle)
+    for panel, (title, *mesh), letter in zip(axes[0], views, "ab", strict=True):
+        _panel(panel, *mesh, point_m, circle)
+        named(panel, letter, title)
     axes[0, 0].set_ylabel("Width (mm)")
     marks = [
         Patch(fc=ORANGE, ec=BLACK, lw=0.4, label="contact triangle"),
@@ -69,8 +48,6 @@ def figure_3_3(inputs: Any, params: Any) -> Figure:
         Line2D([], [], color=ORANGE, ls=DASHED, lw=1.2,
                label=f"indenter's contact, radius {circle:.1f} mm at {depth_m * 1e3:.1f} mm depth"),
     ]  # fmt: skip
-    for panel, view, letter in zip(axes[0], views, "abcd", strict=False):
-        named(panel, letter, view.title)
     figure.tight_layout(rect=(0, 0.1, 1, 1))
     figure.legend(handles=marks, loc="lower center", ncol=3, bbox_to_anchor=(0.5, 0.03))
     label_provenance(figure, provenances(params))
@@ -79,27 +56,34 @@ def figure_3_3(inputs: Any, params: Any) -> Figure:
 
 def _views(
     solid: SolidMesh, tracked: Tracked, fineness: Solid, radius_m: float
-) -> list[ContactView]:
-    """Both meshes at the contact."""
+) -> list[tuple[str, NDArray, NDArray, NDArray]]:
+    """Title, vertices (n, 3) [m], triangles and contact triangle of both meshes."""
     point, template = tracked.contact_point_m, (tracked.template_m, tracked.faces)
     _, nearest, _ = ClosestPoints(*template)(point[None])
     near = {"radius_m": fineness.refine_radius_m, "edge_m": fineness.refine_edge_m}
     mesh = refine_near(solid, point, **near)
     loaded = np.asarray(contact_triangle(mesh, point, largest_distance_m=radius_m))
     return [
-        ContactView("Template (tracking)", *template, tracked.faces[nearest[0]]),
-        ContactView("Solid (estimate)", mesh.nodes_m, mesh.surface_triangles(), loaded),
+        ("Template (tracking)", *template, tracked.faces[nearest[0]]),
+        ("Solid (estimate)", mesh.nodes_m, mesh.surface_triangles(), loaded),
     ]
 
 
-def _panel(axes: Axes, view: ContactView, point: NDArray, circle: float) -> None:
+def _panel(
+    axes: Axes,
+    vertices_m: NDArray,
+    triangles: NDArray,
+    contact: NDArray,
+    point: NDArray,
+    circle: float,
+) -> None:
     """The surface as seen along the contact triangle's normal."""
-    across = _plane(view)
-    flat = (view.vertices_m - point) @ across.T * MILLIMETRES
-    corners = view.vertices_m[view.triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    seen = view.triangles[normals @ np.cross(*across) > 0]
-    shared = np.isin(seen, view.contact).sum(axis=1)
+    normals = np.cross(*np.diff(vertices_m[triangles], axis=1).swapaxes(0, 1))
+    a, b, c = vertices_m[contact]
+    across = tangents(np.cross(b - a, c - a))
+    flat = (vertices_m - point) @ across.T * MILLIMETRES
+    seen = triangles[normals @ np.cross(*across) > 0]
+    shared = np.isin(seen, contact).sum(axis=1)
     for chosen, look in (
         (shared == 0, {"fc": PLACE, "ec": GREY, "lw": 0.4}),
         ((shared > 0) & (shared < 3), {"fc": GREEN, "alpha": 0.55, "ec": BLACK, "lw": 0.5}),
@@ -110,14 +94,3 @@ def _panel(axes: Axes, view: ContactView, point: NDArray, circle: float) -> None
     axes.plot(0, 0, "+", color=BLACK, ms=6, mew=0.9, zorder=6)
     axes.set(xlim=(-REACH_MM, REACH_MM), ylim=(-REACH_MM, REACH_MM), xlabel="Length (mm)")
     axes.set_aspect("equal")
-
-
-def _plane(view: ContactView) -> NDArray:
-    """Two unit vectors in the contact triangle's plane, the first as near x as can be."""
-    a, b, c = view.vertices_m[view.contact]
-    normal = np.cross(b - a, c - a)
-    normal /= np.linalg.norm(normal)
-    axis = np.eye(3)[0 if abs(normal[0]) < 0.9 else 1]
-    first = axis - (axis @ normal) * normal
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(normal, first)])

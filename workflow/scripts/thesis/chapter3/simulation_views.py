@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.report.panels import coloured, displacement_bar, named, scale_bar, surface_panel
-from palpate.report.style import BLACK, BLUE, ORANGE, PAGE_IN, SMALL, label_provenance
+from palpate.report.style import BLACK, BLUE, GREEN, PAGE_IN, SMALL, label_provenance
 from palpate.report.views import View
 from palpate.units import MILLIMETRES
 
@@ -25,7 +25,7 @@ def figure_3_4(inputs: Any, params: Any) -> Figure:
     steps = read_steps(inputs.steps)
     moved = steps.displacement_m[-1]
     figure = plt.figure(figsize=(PAGE_IN, 3.0))
-    axes = figure.add_axes((0.02, 0.08, 0.84, 0.9))
+    axes = figure.add_axes((0.01, 0.1, 0.88, 0.88))
     top = _block(axes, steps, moved, np.linalg.norm(moved, axis=1) * MILLIMETRES)
     displacement_bar(figure, axes, top)
     load = np.linalg.norm(steps.force_n[-1].sum(axis=0))
@@ -43,13 +43,13 @@ def figure_3_10(inputs: Any, params: Any) -> Figure:
     gap = np.zeros(len(tracked_m))
     gap[surface] = np.linalg.norm((computed_m - tracked_m)[surface], axis=1) * MILLIMETRES
     figure = plt.figure(figsize=(PAGE_IN, 2.9))
-    axes = figure.add_axes((0.02, 0.2, 0.6, 0.68))
+    axes = figure.add_axes((0.02, 0.24, 0.6, 0.64))
     top = _block(axes, steps, tracked_m, gap)
     named(axes, "a", f"Mismatch; tracked deformation drawn {EXAGGERATION:g} times")
-    displacement_bar(figure, axes, top, place=(0.12, 0.17, 0.4, 0.025), label="Mismatch (mm)")
-    detail = figure.add_axes((0.71, 0.25, 0.28, 0.63))
+    displacement_bar(figure, axes, top, place=(0.2, 0.18, 0.36, 0.025), label="Mismatch (mm)")
+    detail = figure.add_axes((0.68, 0.28, 0.28, 0.6))
     _detail(detail, steps, tracked_m, computed_m)
-    named(detail, "b", "Displaced sideways, drawn 10 times")
+    named(detail, "b", "Sideways, drawn 10 times")
     label_provenance(figure, {"simulated"})
     return figure
 
@@ -57,11 +57,13 @@ def figure_3_10(inputs: Any, params: Any) -> Figure:
 def _block(axes: Axes, steps: SimulatedSteps, moved_m: NDArray, values: NDArray) -> float:
     """Deformed block, coloured by values at the nodes up to their largest, which is returned."""
     nodes, top = steps.mesh.nodes_m + EXAGGERATION * moved_m, float(values.max())
-    frame, look = SIDE.frame(nodes), {"colours": coloured(values, top), "edges": True}
-    triangles = steps.mesh.surface_triangles()
-    surface_panel(axes, nodes, triangles, SIDE, frame, **look, width_px=1400)
+    # Corners of its own for each facet: edges stay sharp.
+    corners = steps.mesh.surface_triangles().ravel()
+    facets, frame = np.arange(len(corners)).reshape(-1, 3), SIDE.frame(nodes)
+    look = {"colours": coloured(values, top)[corners], "edges": True, "width_px": 1400}
+    surface_panel(axes, nodes[corners], facets, SIDE, frame, **look)
     loop = SIDE.project(nodes[steps.triangle[[0, 1, 2, 0]]])
-    axes.plot(*loop[:, :2].T, color=BLUE, lw=1.2, zorder=4)
+    axes.plot(*loop[:, :2].T, color=GREEN, lw=1.4, zorder=4)
     scale_bar(axes, 100, frame)
     return top
 
@@ -73,7 +75,7 @@ def _detail(axes: Axes, steps: SimulatedSteps, tracked: NDArray, computed: NDArr
     centre = nodes[steps.triangle].mean(axis=0)
     axes.triplot(nodes[:, 0], nodes[:, 1], upper, color="0.8", lw=0.5)
     loop = nodes[steps.triangle[[0, 1, 2, 0]]]
-    axes.plot(loop[:, 0], loop[:, 1], color=ORANGE, lw=1.0)
+    axes.plot(loop[:, 0], loop[:, 1], color=GREEN, lw=1.4)
     shown = np.unique(upper)
     shown = shown[np.linalg.norm(nodes[shown, :2] - centre[:2], axis=1) < DETAIL_MM]
     for moved, colour in ((computed, BLACK), (tracked, BLUE)):

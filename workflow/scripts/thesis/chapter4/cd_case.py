@@ -97,7 +97,7 @@ def make_cd_case_table(inputs: Any, params: Any) -> dict:
 
 
 def case_row(name: str, path: pd.DataFrame, place: Mapping) -> dict:
-    """Offsets of one sensor's path; an operator's hand leaves the edge at times."""
+    """Offsets of one sensor's path; an operator leaves the edge at times."""
     found = {"sensor": name, "frames": len(path)}
     for kind in ("raw", "smooth", "study"):
         offset = path[f"{kind}_offset_m"] * MILLIMETRES

@@ -213,16 +213,16 @@ def _colour_space(sketch: Sketch, shown: PixelColour) -> None:
             sketch.dot(level * unit * axis, ms=1.8)
             sketch.name(level * unit * axis, str(level), side, 7)
     colours = (shown.expected, shown.alpha * shown.expected, shown.colour)
-    E, foot, pixel = (unit * colour for colour in colours)
+    E, base, pixel = (unit * colour for colour in colours)
     sketch.line(np.zeros(3), 1.25 * E, lw=1.3)
-    sketch.line(foot, pixel, color=ORANGE, lw=1.8)
-    for place, colour in zip((E, foot, pixel), colours, strict=True):
+    sketch.line(base, pixel, color=ORANGE, lw=1.8)
+    for place, colour in zip((E, base, pixel), colours, strict=True):
         sketch.dot(place, ms=6, mfc=colour / WHITE_LEVEL, mec=BLACK, mew=0.8)
     along = sketch.flat(E)
     down = np.array([along[1], -along[0]])
-    for place, text, side in ((E, EXPECTED, down), (foot, PROJECTED, down), (pixel, COLOUR, -down)):
+    for place, text, side in ((E, EXPECTED, down), (base, PROJECTED, down), (pixel, COLOUR, -down)):
         sketch.name(place, text, side, 9)
-    sketch.name((foot + pixel) / 2, "$CD_i$", -along, 12, color=ORANGE)
+    sketch.name((base + pixel) / 2, "$CD_i$", -along, 12, color=ORANGE)
     look = {"rotation": np.rad2deg(np.arctan2(*along[::-1])), "rotation_mode": "anchor"}
     sketch.name(0.2 * E, "chromaticity line", down, 7, **look)
     sketch.name(np.zeros(3), "O", (-1, -1), 6)

@@ -17,7 +17,7 @@ from palpate.units import MILLIMETRES
 from palpate.vision.clouds import Cloud, read_clouds
 from scipy.spatial import cKDTree
 
-from thesis.diagrams import TEXT_PT, Sketch, blank, legend_below, provenances, scale_bar
+from thesis.diagrams import TEXT_PT, Sketch, blank, legend_below, provenances, scale_bar, tangents
 
 # P lies so far from the pressed point, on the rim of the dent [m].
 ASIDE_M = np.array([0.011, 0.0, 0.0])
@@ -133,7 +133,7 @@ def _space(sketch: Sketch, cloud: Cloud, fit: PlaneFit) -> None:
     P, axes = fit.point_m, sketch.axes
     reach = np.linalg.norm(fit.neighbours_m - P, axis=1).max()
     near = cloud.points_m[np.linalg.norm(cloud.points_m - P, axis=1) < 2.4 * reach]
-    across, along = 1.15 * reach * _tangents(fit.normal)
+    across, along = 1.15 * reach * tangents(fit.normal)
     centre, end = fit.centre_m - P, fit.centre_m - P + 1.3 * reach * fit.normal
     corners = [centre + a * across + b * along for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     axes.plot(*sketch.flat(near - P).T, ".", color=GREY, ms=2.6, mew=0, label="cloud")
@@ -151,7 +151,7 @@ def _space(sketch: Sketch, cloud: Cloud, fit: PlaneFit) -> None:
 
 def _heights(axes: Axes, fit: PlaneFit) -> None:
     """Distances from the plane, the sum of whose squares is least (Eq. 4.4)."""
-    place = (fit.neighbours_m - fit.centre_m) @ _tangents(fit.normal)[0] * MILLIMETRES
+    place = (fit.neighbours_m - fit.centre_m) @ tangents(fit.normal)[0] * MILLIMETRES
     height = fit.height_m * MILLIMETRES
     axes.axhline(0, color=GREEN, lw=1.2)
     axes.vlines(place, 0, height, color=BLUE, lw=0.7)
@@ -163,10 +163,3 @@ def _heights(axes: Axes, fit: PlaneFit) -> None:
     axes.text(1, 1, words, **look)
     largest = np.array([-1.15, 1.5]) * max(np.abs(height).max(), 0.1)
     axes.set(ylim=largest, xlabel="along the plane (mm)", ylabel="off the plane (mm)")
-
-
-def _tangents(normal: NDArray) -> NDArray:
-    """Two unit vectors in a plane, as rows (2, 3)."""
-    across = np.array([1.0, 0, 0]) - normal[0] * normal
-    across /= np.linalg.norm(across)
-    return np.stack([across, np.cross(normal, across)])

@@ -55,8 +55,8 @@ def _draw(axes: Axes, optics: PinholeCamera, pixel: NDArray) -> None:
     sketch.line(centre, 1.45 * principal, ls=DOT_DASH)
     sketch.area(plane, BLUE)
     sketch.line(centre, AWAY * image, color=ORANGE, lw=1.3)
-    for foot in ([image[0], plane[0, 1], focal], [plane[0, 0], image[1], focal]):
-        sketch.line(foot, image, color=ORANGE, lw=0.7, ls=(0, (2, 2)))
+    for end in ([image[0], plane[0, 1], focal], [plane[0, 0], image[1], focal]):
+        sketch.line(end, image, color=ORANGE, lw=0.7, ls=(0, (2, 2)))
     for text, place, side, away, colour in (
         ("centre of\nprojection", centre, (-0.05, 1), 22, "black"),
         ("principal point\n$(O_x, O_y)$", principal, (0.25, -1), 18, "black"),

@@ -15,7 +15,7 @@ from palpate.units import MILLIMETRES
 
 from thesis.diagrams import DOT_DASH, NOTE, TEXT_PT, dimension, write
 
-# Where the drawn point lies between the axes, and the drawn image plane on the way to it: at its
+# Where the drawn point lies between the axes, and the drawn image plane before it: at its
 # focal length of a few millimetres the plane could not be seen.
 ACROSS, PLANE, HALF_PLANE, DEPTH_LINE = 0.42, 0.3, 0.4, 2.65
 

@@ -40,7 +40,7 @@ def by_sensor(names: Sequence[str], paths: Sequence[str], read: Callable = pd.re
 
 
 def make_workspace_error(inputs: Any, params: Any) -> dict:
-    """One row for each point and way of tracking."""
+    """One row for each point and method of tracking."""
     folder, sensor = Path(inputs.workspace), sensor_with_optics(params.sensor, inputs.optics)
     board = board_of(params.probe["marker"])
     refine = BoardRefiner(camera_from_spec(sensor["color"]), board, encoding="mono8")
@@ -65,7 +65,7 @@ def point_images(folder: Path, sensor: Mapping) -> list[NDArray]:
 def tip_rows(
     images: Sequence[NDArray], sensor: Mapping, probe: Mapping, refine: BoardRefiner
 ) -> list[dict]:
-    """Rows of one point: at each threshold, and refined on the board's picture."""
+    """Rows of one point: at each threshold, and refined on the target's picture."""
     camera, board = camera_from_spec(sensor["color"]), board_of(probe["marker"])
     follow, fixed = CornerFollower(board), marker_from_tip(probe)
     corners = [follow(image) for image in images]
@@ -98,7 +98,7 @@ def point_row(
     dict
         ``frames, found``, the tip's farthest place from its mean, mean and standard deviation of
         the tip in the camera frame [m], standard
-        deviation of the angle between the board's normal and the camera's axis [rad], mean number
+        deviation of the angle between the target's normal and the camera's axis [rad], mean number
         of inliers, and mean reprojection error, the sum of squares of Eq. 4.10 [px^2].
     """
     seen = [pose for pose in poses if pose is not None]
@@ -131,7 +131,7 @@ def threshold_rows(
     Parameters
     ----------
     corners_px : sequence of (n, 2) arrays or None
-        Corners in each frame, None where the board was not seen.
+        Corners in each frame, None where the target was not seen.
     """
     found = [
         [[]] * len(THRESHOLDS_PX)
@@ -168,7 +168,7 @@ def averages(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def select_threshold(table: pd.DataFrame) -> float:
-    """Reprojection threshold with the least deviation of the board's angle (Figure 4.16) [px].
+    """Reprojection threshold with the least deviation of the target's angle (Figure 4.16) [px].
 
     Of the thresholds that leave a pose in nearly all frames the one with the smallest mean
     deviation; among those within 2 % of it the smallest.
@@ -217,7 +217,7 @@ def table_4_2(
     -------
     DataFrame
         A row for each sensor and axis [cm]; ``refined_std_cm`` is the same after the refinement
-        on the board's picture.
+        on the target's picture.
     """
     printed, rows = published.set_index("axis"), []
     for sensor, table in sorted(tables.items()):

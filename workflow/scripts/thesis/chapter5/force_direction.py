@@ -50,7 +50,7 @@ class Pressed:
     angle_deg : float
         Between force and inward normal of the contact.
     tilt_deg : float
-        Turn of the whole body about horizontal axes, that of a rigid motion fitted to all nodes.
+        Turn of the whole body about horizontal axes, of a rigid displacement fitted to all nodes.
     sideways_m : float
         Horizontal part of the mean displacement of the surface [m].
     """

@@ -1,4 +1,4 @@
-"""Repeated presses of a point and the fits at all points: Figures 5.3, A.1 and A.2."""
+"""Repeated indentations of a point and the fits at all points: Figures 5.3, A.1 and A.2."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -33,7 +33,7 @@ ALIGNED_AT_N = 0.3
 
 
 def aligned_depth(fit: Mapping, *, force_n: float = ALIGNED_AT_N) -> NDArray:
-    """Depth of all samples from where the press first passes a force (Fig. 5.3).
+    """Depth of all samples from where the indentation first passes a force (Fig. 5.3).
 
     Parameters
     ----------
@@ -50,13 +50,13 @@ def aligned_depth(fit: Mapping, *, force_n: float = ALIGNED_AT_N) -> NDArray:
     Raises
     ------
     ValueError
-        If the press does not pass the force.
+        If the indentation does not pass the force.
     """
     depth, force, used = samples_of(fit)
     over = np.flatnonzero(force[: used.stop] >= force_n)
     if not len(over) or over[0] == 0:
         found = f"{force[0]:.3g} to {force.max():.3g} N"
-        raise ValueError(f"force: expected a press that passes {force_n:g} N, found {found}")
+        raise ValueError(f"force: expected an indentation that passes {force_n:g} N, found {found}")
     k = slice(over[0] - 1, over[0] + 1)
     return depth - np.interp(force_n, force[k], depth[k])
 

@@ -1,4 +1,4 @@
-"""Repeated presses and the block's points: Tables 5.1 and 5.2."""
+"""Repeated indentations and the block's points: Tables 5.1 and 5.2."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -21,7 +21,7 @@ MODULI = [
 ]
 SPREAD = {"mean": lambda x: x.mean(), "standard deviation (n-1)": lambda x: x.std(ddof=1)}
 FEWEST_FOR_CORRELATION = 3
-REPEATED_TITLE = "Table 5.1: reduced modulus E* of repeated presses (Pa)"
+REPEATED_TITLE = "Table 5.1: reduced modulus E* of repeated indentations (Pa)"
 POINTS_TITLE = "Table 5.2: reduced modulus E* from the Hertz fit (Pa)"
 HOMOGENEOUS_NOTE = (
     "The virtual lab's block is homogeneous, and its edges make it at most 1 to 2 % softer: the"
@@ -30,7 +30,7 @@ HOMOGENEOUS_NOTE = (
 
 
 def make_table_5_1(inputs: Any, params: Any) -> dict:
-    """Reduced modulus of repeated presses of one point."""
+    """Reduced modulus of repeated indentations of one point."""
     hertz = hertz_table(params.captures, read_all(inputs.fits))
     table = table_5_1(hertz, pd.read_csv(inputs.published))
     return published.table(tables.rounded(table), title=REPEATED_TITLE)

@@ -71,7 +71,7 @@ def mismatch_views(inputs: Any, params: Any) -> Figure:
     captures, shown = params.captures, _read_mismatches(inputs)
     poses = [load_tracked(path).camera_from_object for path in inputs.tracked]
     views = [view_from(pose, elevation_deg=params.elevation_deg) for pose in poses]
-    turned = [(view, _behind(view)) for view in views]
+    turned = [(one, View(one.azimuth_deg + HALF_TURN_DEG, one.elevation_deg)) for one in views]
     frames = [_frames(one, sides) for one, sides in zip(shown, turned, strict=True)]
     figure, axes = panels(len(captures), 2, _height_in(frames), right=RIGHT)
     top = max(float(one.mismatch_m.max()) for one in shown) * MILLIMETRES
@@ -83,7 +83,8 @@ def mismatch_views(inputs: Any, params: Any) -> Figure:
         for panel, view, frame, title in zip(row, sides, framed, titles, strict=True):
             _panel(panel, one, view, frame, top)
             named(panel, next(letters), title)
-        _cross(row[0], sides[0].project(one.contact_m[None])[0])
+        cross = sides[0].project(one.contact_m[None])[0, :2]
+        row[0].plot(*cross, "+", color=BLACK, ms=9, mew=1.3, zorder=6, path_effects=HALO)
         _numbers(row[1], one.mismatch_m[np.unique(one.triangles)] * MILLIMETRES)
     displacement_bar(figure, axes, top, label="Mismatch (mm)")
     figure.text(0.02, 0.012, "cross: contact", fontsize=SMALL)
@@ -127,10 +128,6 @@ def _plan_panel(axes: Axes, view: Mismatch, limit: float, zoom_m: float | None):
     return image
 
 
-def _behind(view: View) -> View:
-    return View(view.azimuth_deg + HALF_TURN_DEG, view.elevation_deg)
-
-
 def _frames(one: Mismatch, sides: Sequence[View]) -> list[NDArray]:
     """Frames of one size about the object in each view, (4,) arrays [mm]."""
     tight = np.array([view.frame(one.nodes_m) for view in sides])
@@ -149,10 +146,6 @@ def _panel(axes: Axes, one: Mismatch, view: View, frame: NDArray, top_mm: float)
     colours = coloured(one.mismatch_m * MILLIMETRES, top_mm)
     surface_panel(axes, one.nodes_m, one.triangles, view, frame, colours=colours, edges=True)
     scale_bar(axes, 20, frame)
-
-
-def _cross(axes: Axes, place: NDArray) -> None:
-    axes.plot(*place[:2], "+", color=BLACK, ms=9, mew=1.3, zorder=6, path_effects=HALO)
 
 
 def _numbers(axes: Axes, mismatch_mm: NDArray) -> None:

@@ -53,7 +53,8 @@ TITLES = {
 NOTE = (
     f"Cloud cut to {1e3 * KEPT_M[0]:g} to {1e3 * KEPT_M[1]:g} mm from the block's end;"
     f" a, b, c: first pose shifted {1e3 * SHOWN_M:g} mm; black: template.\n"
-    "Each vertex pairs with the nearest point within"
+    "Each vertex pairs with the nearest point within dr = {dr_mm:g} mm: on flat faces any shift"
+    " stays, with added points too."
 )
 
 
@@ -201,7 +202,8 @@ def figure_5_6(inputs: Any, params: Any) -> Figure:
     for panel in axes[1:, 1]:
         panel.remove()
     chart = axes[0, 1]
-    chart.set_position(_tall(axes[0, 1], axes[-1, 1]))
+    high, low = chart.get_position(), axes[-1, 1].get_position()
+    chart.set_position((high.x0, low.y0 + 0.03, high.width, high.y1 - low.y0 - 0.03))
     looks = zip(cases.items(), (ORANGE, GREY, GREEN, BLUE), "os^D", strict=True)
     for (name, case), colour, mark in looks:
         left_m = np.array([_slid(case, right, shift) for shift in SHIFTS_M])
@@ -213,7 +215,8 @@ def figure_5_6(inputs: Any, params: Any) -> Figure:
     low, high = chart.get_ylim()
     chart.set_ylim(low, high + 0.22 * (high - low))
     named(chart, "abcdef"[rows], "slide")
-    figure.text(0.02, 0.012, _note(options), fontsize=SMALL)
+    dr_mm = options.largest_distance_m * MILLIMETRES
+    figure.text(0.02, 0.012, NOTE.format(dr_mm=dr_mm), fontsize=SMALL)
     label_provenance(figure, provenances(params))
     return figure
 
@@ -247,15 +250,3 @@ def _shown(title: str, case: Case, right: NDArray) -> tuple[str, NDArray, NDArra
     slid = 1e3 * slide(pose, right, np.zeros(3))
     cloud, added = (to_object(pose, points) for points in (case.cloud_m, case.added_m))
     return f"{title}: slid {slid:+.1f} mm", cloud, added
-
-
-def _note(options: Aligning) -> str:
-    """What was cut, shifted and sought, in words under the figure."""
-    reach = f" dr = {1e3 * options.largest_distance_m:g} mm"
-    return f"{NOTE}{reach}: on flat faces any shift stays, with added points too."
-
-
-def _tall(upper, lower):
-    """Place of a panel over the whole column."""
-    high, low = upper.get_position(), lower.get_position()
-    return (high.x0, low.y0 + 0.03, high.width, high.y1 - low.y0 - 0.03)

@@ -29,8 +29,8 @@ from palpate.report.tables import CAPTURE
 from thesis.chapter5.minimise_steps import ALONE, TRUE
 from thesis.diagrams import DASHED
 
-# The force is that of a material which has relaxed since the press began, about so long ago.
-PRESS_S = 1.0
+# The force is that of a material which has relaxed since the indentation began, about so long ago.
+INDENTED_S = 1.0
 FOUND = ["youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa"]
 RATIOS = ["youngs_modulus_ratio", "relaxed_modulus_ratio", "poisson_ratio_error"]
 COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
@@ -153,7 +153,7 @@ def _named(changes: Mapping) -> str:
 
 def _against(step: Mapping, material: Mapping) -> dict:
     E, nu = step["youngs_modulus_pa"], step["poisson_ratio"]
-    relaxed = relaxed_modulus(material, PRESS_S)
+    relaxed = relaxed_modulus(material, INDENTED_S)
     return {
         "youngs_modulus_ratio": round(E / material["youngs_modulus_pa"], 4),
         "relaxed_modulus_ratio": round(E / relaxed, 4),
