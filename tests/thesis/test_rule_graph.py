@@ -1,7 +1,6 @@
 """Figure 1.1: boxes and arrows follow what the workflow says of its rules."""
 
-import pytest
-from thesis.chapter1.rule_graph import direct_edges, figure_1_1
+from thesis.chapter1.rule_graph import direct_edges
 
 
 def rule(name, stage, reads=(), *, wanted=()):
@@ -20,12 +19,3 @@ RULES = [
 def test_direct_edges_have_no_way_round():
     edges = {("mask", "clouds"), ("clouds", "track"), ("track", "minimise")}
     assert direct_edges({one["rule"]: set(one["reads"]) for one in RULES}) == edges
-
-
-@pytest.mark.parametrize(
-    ("rules", "line"),
-    [([], "at least one, found none"), ([rule("mask", "preprocess", ["lost"])], "found lost")],
-)
-def test_what_cannot_be_drawn(rules, line):
-    with pytest.raises(ValueError, match=f"rules: expected .*{line}"):
-        figure_1_1(rules)

@@ -1,5 +1,8 @@
 """Tables beside the published values, and what they say of minima."""
 
+import json
+from types import SimpleNamespace
+
 import pandas as pd
 import pytest
 from palpate.report import style, tables
@@ -78,10 +81,14 @@ def test_a_minimum_at_a_bound_says_so(minima, read):
     assert "at a bound" not in tables.to_markdown(minima, title="Minima", notes=[]).lower()
 
 
-def test_a_minimum_at_a_bound_says_so_in_its_figure():
+def test_a_minimum_at_a_bound_says_so_in_its_figure(tmp_path):
     results = [minimum(2e4, 0.25), minimum(3e4, 0.2) | {"at_bound": True}]
+    paths = [tmp_path / f"{k}.json" for k in range(2)]
+    for path, result in zip(paths, results, strict=True):
+        path.write_text(json.dumps(result))
+    params = {"captures": CAPTURES[::2], "error": "displacement", "iterations": None}
     with style.journal():
-        figure = figures.figure_5_8(CAPTURES[::2], results, error="displacement")
+        figure = figures.minimisation(SimpleNamespace(results=paths), SimpleNamespace(**params))
     texts = [text.get_text() for text in figure.findobj(style.matplotlib.text.Text)]
     assert sum(text.count("(at a bound)") for text in texts) == 1
     style.plt.close(figure)
