@@ -111,6 +111,19 @@ def test_a_start_on_a_bound_comes_away_from_it(start):
     assert not found.at_bound
 
 
+def test_the_printed_parametrisation_stays_with_real_solids(exact):
+    """Also where the start has no lambda, and where the cost would lead beyond."""
+    options = OPTIONS.changed(parametrisation="lame", iterations=400)
+    found = minimise_error(Objective(exact, BOTH[0]), (33000.0, 0.4), options)
+    assert found.youngs_modulus_pa == pytest.approx(TRUE[0], rel=1e-3)
+    found = minimise_error(bowl, (20e3, 0.0), options)
+    assert found.youngs_modulus_pa == pytest.approx(25e3, rel=1e-3)
+    assert found.poisson_ratio == pytest.approx(0.3, abs=1e-3)
+    astray = minimise_error(lambda E, nu: E**2 + (nu + 2) ** 2, (2e4, 0.3), options)
+    assert astray.lame_mu_pa > 0
+    assert astray.at_bound
+
+
 def valley_of(problem, norm="length", option="displacement"):
     valley = Valley(Objective(problem, option), OPTIONS, norm)
     best = valley.best()

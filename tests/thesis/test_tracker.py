@@ -1,4 +1,4 @@
-"""The study's tracker: numbers, invariance, added points, and options that can't be."""
+"""The study's tracker: numbers, invariance, completion, added points, and options that can't be."""
 
 import re
 from dataclasses import replace
@@ -7,18 +7,22 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import trimesh
+from floor import floor
 from palpate.solid.mesh import solid_mesh
 from palpate.solid.quality import cutting_triangles
+from palpate.solid.stiffness import combined, elastic_stiffness
 from palpate.surface.options import ElasticTracking
 from palpate.surface.template import Template, refine_template, vertex_normals
+from scipy.sparse.linalg import spsolve
 from scipy.spatial.transform import Rotation
 from skfem import MeshTet
-from thesis.minimise.problem import to_solid
 from thesis.tracker.capture import pressed_places, turned_copies
+from thesis.tracker.completion import Completion, Known, complete
 from thesis.tracker.data_points import Frame
 from thesis.tracker.hierarchy import collapse_edges, hierarchy
 from thesis.tracker.options import Registration, StudyTracking, options_of, tracker_problems
 from thesis.tracker.track import track_frames
+from thesis.tracker.transfer import to_solid
 
 OPTIONS = Registration(
     w_sm=2, w_sm_stop=0.5, data_term="point", data_points="nearest", coarsest_vertices=1000
@@ -155,6 +159,66 @@ def test_places_hold_their_own_vertices_alone():
     assert np.delete(gap, owner).max() < 0.001
     assert not observed[0, owner]
     assert observed[0].sum() > 100
+
+
+def pressed_box():
+    """Exact displacements of a box on a support, pressed on top."""
+    raw = MeshTet().refined(2)
+    mesh = solid_mesh(0.1 * raw.p.T, raw.t.T)
+    K1, K2 = elastic_stiffness(mesh)
+    nodes = mesh.nodes_m
+    support = np.flatnonzero(nodes[:, 2] < 1e-9)
+    force = np.zeros_like(nodes)
+    force[np.argmin(np.linalg.norm(nodes - [0.05, 0.05, 0.1], axis=1))] = [0.2, 0.0, -1.0]
+    free = np.ones(nodes.size, dtype=bool)
+    free.reshape(-1, 3)[support] = False
+    u = np.zeros(nodes.size)
+    K = combined(K1, K2, 2e4, 1e4)[free][:, free].tocsc()
+    u[free] = spsolve(K, force.ravel()[free])
+    return mesh, K1, K2, support, force, u.reshape(-1, 3)
+
+
+def test_completion_recovers_a_linear_elastic_field():
+    mesh, K1, K2, support, force, u = pressed_box()
+    interior = np.ones(len(u), dtype=bool)
+    interior[mesh.surface_nodes()] = False
+    observed = ~interior & (mesh.nodes_m[:, 1] < 0.06)
+    observed[support] = True
+    found = complete(K1, K2, Known(u, observed, force, support, interior))
+    assert found.lam_pa == pytest.approx(2e4, rel=1e-6)
+    assert found.mu_pa == pytest.approx(1e4, rel=1e-6)
+    assert np.allclose(found.displacement_m, u, atol=1e-9)
+    hidden = ~observed & ~interior
+    poor = u.copy()
+    poor[hidden] *= 0.8
+    better = complete(K1, K2, Known(poor, observed, force, support, interior)).displacement_m
+    assert np.linalg.norm((better - u)[hidden]) < 0.6 * np.linalg.norm((poor - u)[hidden])
+
+
+def test_completion_of_frames_in_turn():
+    """A stretched box seen on one side only: places of the hidden side come out stretched too."""
+    mesh, *_ = pressed_box()
+    surface = mesh.surface_nodes()
+    faces = np.searchsorted(surface, mesh.surface_triangles())
+    rest = mesh.nodes_m[surface]
+    completion = Completion(
+        mesh,
+        floor(1e-6),
+        np.eye(4),
+        rest,
+        faces,
+        contact_m=np.array([0.05, 0.05, 0.1]),
+        forces_n=np.zeros((2, 3)),
+        indenter_radius_m=0.006,
+    )
+    lift = np.column_stack([0 * rest[:, :2], 0.02 * rest[:, 2]])
+    held = rest[:, 1] < 0.08
+    tracked = rest + np.where(held[:, None], lift, 0.0)
+    places = completion(rest, tracked, held)
+    error = np.linalg.norm(places - rest - lift, axis=1)[~held]
+    assert error.mean() < 0.3 * np.linalg.norm(lift[~held], axis=1).mean()
+    still = completion(places, places, held)
+    assert np.abs(still - places).max() < 2e-3
 
 
 def test_turned_copies():

@@ -60,7 +60,7 @@ def test_the_page_of_options_is_of_these(root):
     ("name", "value", "line"),
     [
         ("misfit_reach_m", 0.3, "misfit_reach_m: expected 0.04, which is fixed, found 0.3"),
-        ("poison_ratio", 0.3, "poison_ratio: expected one of coarsest_vertices, copies,"),
+        ("poison_ratio", 0.3, "poison_ratio: expected one of coarsest_vertices, completion,"),
     ],
 )
 def test_constants_of_a_tracker_are_not_offered(name, value, line):

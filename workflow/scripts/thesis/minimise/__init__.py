@@ -1,1 +1,1 @@
-"""Error minimisation: E and nu as the study finds them."""
+"""Error minimisation over (lambda, mu), the study's way to E and nu."""

@@ -1,4 +1,4 @@
-"""The moduli of one measured deformation: start, search, profile, and their uncertainty."""
+"""The moduli of one measured deformation: start, search, profile, and what they are worth."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass

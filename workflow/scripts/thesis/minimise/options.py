@@ -28,8 +28,11 @@ class Load(Model):
 
 
 class Minimise(Load):
-    """Nelder-Mead over (log E, nu) (Section 3.3)."""
+    """Nelder-Mead over the moduli (Section 3.3)."""
 
+    parametrisation: Literal["modulus", "lame"] = option(
+        "modulus", "(log E, nu); lame: (lambda, mu) as printed"
+    )
     iterations: Count = option(100, "at most", ge=1)
     youngs_modulus_bounds_pa: tuple[Positive, Positive] = constant((100.0, 1e8), "of the search")
     poisson_ratio_bounds: tuple[Ratio, Ratio] = constant((0.0, 0.499), "of the search")

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from palpate.capture.tables import columns_of, read_table
-from palpate.open3d_core import ClosestPoints
 from palpate.solid.load import (
     contact_pressure,
     contact_triangle,
@@ -24,12 +23,13 @@ from palpate.workflow.object_inputs import read_declared
 from thesis.minimise.objective import Problem, node_sets
 from thesis.minimise.options import Load, Solid
 from thesis.tracker.simulation import SimulatedSteps
+from thesis.tracker.transfer import to_solid
 
 
 def read_problem(
     inputs: Any, fit: Mapping, *, tracked: Tracked, probe: Mapping, options: Load, solid: Solid
 ) -> Problem:
-    """Read the inverse problem of the Hertz fit's frame of maximum depth, for a tracked surface.
+    """Read the inverse problem of the deepest frame of the Hertz fit, for a tracked surface.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def pose_problem(
     load: Load,
     fineness: Solid,
 ) -> Problem:
-    """Pose the inverse problem of the frame of maximum depth.
+    """Pose the inverse problem of the deepest frame.
 
     The displacement is the difference of the tracked surface between this frame and the first.
 
@@ -92,56 +92,30 @@ def pose_problem(
     """
     turn, point = tracked.camera_from_object[:3, :3], tracked.contact_point_m
     frame = fit["range"]["last_frame"]
-    contact = {"indenter_radius_m": indenter_radius_m, "depth_m": fit["samples"]["depth_m"][frame]}
+    press = {"indenter_radius_m": indenter_radius_m, "depth_m": fit["samples"]["depth_m"][frame]}
     near = {"radius_m": fineness.refine_radius_m, "edge_m": fineness.refine_edge_m}
     mesh = refine_near(solid, point, **near)
     mesh = quadratic(mesh) if fineness.element_order == 2 else mesh
-    forces = _contact_forces(mesh, point, force_n @ turn, load, contact)
+    forces = _contact_forces(mesh, point, force_n @ turn, load, press)
     sets = node_sets(mesh, support, contact_nodes=np.flatnonzero(forces.any(axis=1)))
     moved = (tracked.vertices_m[frame] - tracked.vertices_m[0]) @ turn
     displacement = to_solid(tracked.template_m, tracked.faces, moved, mesh)
     left_out = None
     if load.leave_out_radii > 0:
         away = np.linalg.norm(mesh.nodes_m - point, axis=1)
-        left_out = np.flatnonzero(away < load.leave_out_radii * hertz_contact_radius(**contact))
+        left_out = np.flatnonzero(away < load.leave_out_radii * hertz_contact_radius(**press))
     return Problem(mesh, sets, displacement, forces, float(np.linalg.norm(force_n)), left_out)
 
 
-def to_solid(
-    template_m: NDArray, faces: NDArray, displacement_m: NDArray, mesh: SolidMesh
-) -> NDArray:
-    """Displacement of the solid's surface nodes, by barycentric coordinates on the template.
-
-    Parameters
-    ----------
-    template_m, faces : (n, 3), (m, 3) arrays
-        Undeformed template [m], in the solid's frame.
-    displacement_m : (n, 3) array
-        Its displacement [m].
-    mesh : SolidMesh
-
-    Returns
-    -------
-    (k, 3) array
-        Displacement of each node of the solid [m]; NaN at interior nodes.
-    """
-    surface = mesh.surface_nodes()
-    closest = ClosestPoints(template_m, faces)
-    _, triangle, weights = closest(mesh.nodes_m[surface])
-    result = np.full(mesh.nodes_m.shape, np.nan)
-    result[surface] = closest.interpolate(displacement_m, triangle, weights)
-    return result
-
-
 def _contact_forces(
-    mesh: SolidMesh, point_m: NDArray, force_n: NDArray, load: Load, contact: Mapping[str, float]
+    mesh: SolidMesh, point_m: NDArray, force_n: NDArray, load: Load, press: Mapping[str, float]
 ) -> NDArray:
     """Nodal forces (n, 3) [N] of the contact at a point of the surface."""
-    triangle = contact_triangle(mesh, point_m, largest_distance_m=contact["indenter_radius_m"])
+    triangle = contact_triangle(mesh, point_m, largest_distance_m=press["indenter_radius_m"])
     if load.force_rule != "hertz_patch":
         rules = {"rule": load.force_rule, "turn_to_normal": load.turn_force}
-        return nodal_force(mesh, triangle, force_n, **rules, **contact)
-    inward, radius_m = -outward_normal(mesh, triangle), hertz_contact_radius(**contact)
+        return nodal_force(mesh, triangle, force_n, **rules, **press)
+    inward, radius_m = -outward_normal(mesh, triangle), hertz_contact_radius(**press)
     turned = np.linalg.norm(force_n) * inward if load.turn_force else force_n
     return contact_pressure(mesh, point_m, inward, turned, contact_radius_m=radius_m)
 

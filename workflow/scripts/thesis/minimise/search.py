@@ -5,7 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from palpate.solid.laws import lame_from_engineering, reduced_modulus
+from palpate.solid.laws import (
+    engineering_from_lame,
+    lame_from_engineering,
+    reduced_modulus,
+)
 from scipy.optimize import minimize
 
 from thesis.minimise.options import Minimise
@@ -30,7 +34,7 @@ class Minimum:
     converged : bool
         Whether the simplex collapsed before the iterations ran out.
     at_bound : bool
-        Whether the minimum lies on a bound of E or nu.
+        Whether the minimum lies on a bound of E or nu, or beyond (``lame`` has no bounds).
     start_poisson_ratio : float
         Poisson's ratio of the chosen start.
     trace : tuple of dict
@@ -94,24 +98,21 @@ def minimise_error(cost: Cost, start: tuple[float, float], options: Minimise) ->
     for name, value, (low, high) in zip(("E", "nu"), start, (E_bounds, nu_bounds), strict=True):
         if not low <= value <= high:
             raise ValueError(f"start: expected {name} within {(low, high)}, found {value:g}")
-    bounds = [tuple(np.log(E_bounds)), tuple(nu_bounds)]
-    first = np.array([np.log(start[0]), start[1]])
-    # Towards the middle: a simplex that a bound cuts flat never leaves it.
-    inward = np.sign(np.mean(bounds, axis=1) - first) + (np.mean(bounds, axis=1) == first)
-    simplex = first + np.vstack([np.zeros(2), np.diag(inward * FIRST_STEPS)])
+    search = {"modulus": _by_modulus, "lame": _by_lame}[options.parametrisation]
+    to_lame, simplex, bounds = search(start, E_bounds, nu_bounds)
     trace: list[dict] = []
     count = 0
-
-    def moduli(x: NDArray) -> tuple[float, float]:
-        return float(np.exp(x[0])), float(x[1])
 
     def function(x: NDArray) -> float:
         nonlocal count
         count += 1
-        return cost(*moduli(x))
+        lam, mu = to_lame(x)
+        # Resists shear and compression.
+        stable = mu > 0 and 3 * lam + 2 * mu > 0
+        return cost(*engineering_from_lame(lam, mu)) if stable else np.inf
 
     def note(intermediate_result) -> None:
-        lam, mu = lame_from_engineering(*moduli(intermediate_result.x))
+        lam, mu = to_lame(intermediate_result.x)
         trace.append(
             {
                 "iteration": len(trace) + 1,
@@ -127,8 +128,8 @@ def minimise_error(cost: Cost, start: tuple[float, float], options: Minimise) ->
     found = minimize(
         function, simplex[0], method="Nelder-Mead", bounds=bounds, callback=note, options=limits
     )
-    E, nu = moduli(found.x)
-    lam, mu = map(float, lame_from_engineering(E, nu))
+    lam, mu = (float(value) for value in to_lame(found.x))
+    E, nu = engineering_from_lame(lam, mu)
     return Minimum(
         youngs_modulus_pa=E,
         poisson_ratio=nu,
@@ -142,6 +143,31 @@ def minimise_error(cost: Cost, start: tuple[float, float], options: Minimise) ->
         start_poisson_ratio=float(start[1]),
         trace=tuple(trace),
     )
+
+
+def _by_modulus(start: tuple, E_bounds: list, nu_bounds: list) -> tuple:
+    def to_lame(x: NDArray) -> tuple[float, float]:
+        return lame_from_engineering(float(np.exp(x[0])), float(x[1]))
+
+    bounds = [tuple(np.log(E_bounds)), tuple(nu_bounds)]
+    first = np.array([np.log(start[0]), start[1]])
+    # Towards the middle: a simplex that a bound cuts flat never leaves it.
+    inward = np.sign(np.mean(bounds, axis=1) - first) + (np.mean(bounds, axis=1) == first)
+    return to_lame, first + np.vstack([np.zeros(2), np.diag(inward * FIRST_STEPS)]), bounds
+
+
+def _by_lame(start: tuple, E_bounds: list, nu_bounds: list) -> tuple:
+    lam, mu = lame_from_engineering(*start)
+    scale = np.array([lam or mu, mu])
+
+    def to_lame(x: NDArray) -> tuple[float, float]:
+        lam, mu = x * scale
+        return float(lam), float(mu)
+
+    first = np.array([lam, mu]) / scale
+    # SciPy's own first simplex: 5 %, and a little where a start is zero.
+    steps = np.where(first == 0, 0.00025, 0.05 * first)
+    return to_lame, first + np.vstack([np.zeros(2), np.diag(steps)]), None
 
 
 def touches_bound(

@@ -12,14 +12,15 @@ from palpate.surface.tracked import Tracked
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from thesis.tracker.completion import Completion
 from thesis.tracker.data_points import Frame
 from thesis.tracker.options import StudyTracking
 from thesis.tracker.track import track_frames
 
 # In Hertz's contact the sphere touches below half of its indentation.
 TOUCHING_PART = 0.5
-# Noise of the tip, some tenths of a millimetre, would turn the direction of a shorter indentation.
-SHORT_M = 0.002
+# Noise of the tip, some tenths of a millimetre, would turn the direction of a shorter press.
+SHORT_PRESS_M = 0.002
 
 
 def track_by_study(recorded: Recorded, options: StudyTracking) -> Tracked:
@@ -43,8 +44,13 @@ def track_by_study(recorded: Recorded, options: StudyTracking) -> Tracked:
     pose, contact = recorded.alignment.camera_from_object, recorded.alignment.contact_point_m
     fine = _refined(recorded.template, contact, options)
     rest = to_camera(pose, fine.vertices_m)
-    frames = AddedPoints(recorded, fine, rest, options).frames()
-    vertices, observed, residual = track_frames(fine, rest, frames, options)
+    vertices, observed, residual = track_frames(
+        fine,
+        rest,
+        AddedPoints(recorded, fine, rest, options).frames(),
+        options,
+        complete=_completion(recorded, rest, fine.faces, options),
+    )
     return Tracked(
         template_m=fine.vertices_m,
         faces=fine.faces,
@@ -100,7 +106,7 @@ class AddedPoints:
         surface = ClosestPoints(rest_m, fine.faces)
         self.depths_m = recorded.indenter_radius_m - surface.signed_distance(recorded.tips_m)
         normal = surface.interpolate(self.normals, *surface(contact[None])[1:])[0]
-        self.up = self._against_the_indentation(normal)
+        self.up = self._against_the_press(normal)
         self.still = self._still(fine, contact, options)
 
     def frames(self) -> list[Frame]:
@@ -125,15 +131,15 @@ class AddedPoints:
         points, normals = (np.concatenate(part) for part in zip(*parts, strict=True))
         return Frame(points, normals, len(cloud[0]), owners)
 
-    def _against_the_indentation(self, normal: NDArray) -> NDArray:
-        """Direction from the tip of maximum depth back to the first in contact.
+    def _against_the_press(self, normal: NDArray) -> NDArray:
+        """Direction from the deepest tip back to the first in contact.
 
-        Where the indentation is too short to have a direction, the surface's normal at the contact.
+        Where the press is too short to have a direction, the surface's normal at the contact.
         """
         tips = self.recorded.tips_m
-        path = tips[self.recorded.alignment.contact_frame] - tips[np.argmax(self.depths_m)]
-        length = np.linalg.norm(path)
-        return path / length if length > SHORT_M else normal / np.linalg.norm(normal)
+        way = tips[self.recorded.alignment.contact_frame] - tips[np.argmax(self.depths_m)]
+        length = np.linalg.norm(way)
+        return way / length if length > SHORT_PRESS_M else normal / np.linalg.norm(normal)
 
     def _turned(self, cloud: tuple[NDArray, NDArray]) -> tuple[NDArray, NDArray]:
         """Copies about the normal of the support, through the middle of the object.
@@ -262,6 +268,23 @@ def _refined(template: Template, contact_m: NDArray, options: StudyTracking) -> 
         return template
     radius = options.refine_radius_m
     return refine_template(template, contact_m, radius_m=radius, edge_m=edge)
+
+
+def _completion(
+    recorded: Recorded, rest_m: NDArray, faces: NDArray, options: StudyTracking
+) -> Completion | None:
+    if options.completion == "none":
+        return None
+    return Completion(
+        recorded.solid,
+        recorded.support,
+        recorded.alignment.camera_from_object,
+        rest_m,
+        faces,
+        contact_m=recorded.alignment.contact_point_m,
+        forces_n=recorded.forces_n,
+        indenter_radius_m=recorded.indenter_radius_m,
+    )
 
 
 def _centroid(template: Template) -> NDArray:

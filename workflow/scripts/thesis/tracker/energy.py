@@ -79,9 +79,39 @@ class Smoothness:
         rows = self.L[~known]
         inner = rows[:, ~known] + HOLD * sparse.eye(int((~known).sum()))
         right = HOLD * shift_m[~known] - rows[:, known] @ shift_m[known]
-        result = shift_m.copy()
-        result[~known] = splu(sparse.csc_matrix(inner)).solve(right)
-        return result
+        return _replaced(shift_m, ~known, inner, right)
+
+    def draw(
+        self, shift_m: NDArray, goal_m: NDArray, chosen: NDArray, w_data: float, w_sm: float
+    ) -> NDArray:
+        """Minimise E_def (Eq. 4.28) over the translations of some vertices.
+
+        Parameters
+        ----------
+        shift_m : (n, 3) array
+            Translations [m].
+        goal_m : (k, 3) array
+            Those that the chosen vertices are drawn to [m].
+        chosen : (n,) bool array
+        w_data, w_sm : float
+
+        Returns
+        -------
+        (n, 3) array
+        """
+        if not chosen.any():
+            return shift_m
+        rows = self.L[chosen]
+        A = w_sm * rows[:, chosen] + w_data * sparse.eye(int(chosen.sum()))
+        right = w_data * goal_m - w_sm * (rows[:, ~chosen] @ shift_m[~chosen])
+        return _replaced(shift_m, chosen, A, right)
+
+
+def _replaced(values: NDArray, chosen: NDArray, A: sparse.spmatrix, right: NDArray) -> NDArray:
+    """Values of which the chosen solve A x = right."""
+    result = values.copy()
+    result[chosen] = splu(sparse.csc_matrix(A)).solve(right)
+    return result
 
 
 def _neighbourhoods(template: Template, reach: float) -> sparse.csr_matrix:

@@ -50,6 +50,7 @@ class StudyTracking(Registration, StudyRefinement):
     'plane'
     """
 
+    completion: Literal["none", "fem"] = option("none", "fem: Algorithm 3")
     undeformed_points: bool = option(True, "of unseen parts that stay undeformed (Section 5.2.1)")
     indenter_points: Literal["none", "places"] = option(
         "places", "of the vertices under the sphere; the study adds a hemisphere's points"

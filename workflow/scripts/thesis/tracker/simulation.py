@@ -112,7 +112,7 @@ def read_steps(path: str | Path) -> SimulatedSteps:
     ------
     ValueError
         If the file is no NPZ of plain arrays, a field is missing, has another shape than the nodes
-        ask for, or holds no numbers, there is no step, or `solid_mesh` rejects the elements.
+        ask for, or holds no numbers, there is no step, or `solid_mesh` refuses the elements.
     """
     fields = _read_fields(path)
     try:

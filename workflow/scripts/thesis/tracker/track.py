@@ -1,6 +1,6 @@
 """The study's tracker: the template deformed to every frame by E_track (Eq. 4.23-4.25)."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +51,22 @@ class Tracker:
                 shift = self._refined(shift, number)
         return shift, fit
 
+    def deform(self, shift_m: NDArray, target_m: NDArray, chosen: NDArray) -> NDArray:
+        """Minimise E_def (Eq. 4.28) over the translations of some vertices.
+
+        Parameters
+        ----------
+        shift_m : (n, 3) array
+            Translations [m].
+        target_m : (n, 3) array
+            TP(p_i) [m].
+        chosen : (n,) bool array
+            Vertices whose translations change.
+        """
+        options, smoothness = self.options, self.smoothness[-1]
+        goal = (target_m - self.levels[-1].template.vertices_m)[chosen]
+        return smoothness.draw(shift_m, goal, chosen, options.w_data, options.w_sm_stop)
+
     def _minimise(self, shift_m: NDArray, number: int, data: DataPoints) -> tuple[NDArray, "Fit"]:
         options, template = self.options, self.levels[number].template
         smoothness, w_sm, before = self.smoothness[number], self.options.w_sm, np.inf
@@ -88,9 +104,14 @@ class Fit:
     captured: NDArray
 
     @property
+    def held(self) -> NDArray:
+        """Vertices whose position rests on data points, added ones too, shape (n,)."""
+        return self.data.weights > 0
+
+    @property
     def observed(self) -> NDArray:
         """Vertices whose position rests on captured points, shape (n,)."""
-        return (self.data.weights > 0) & self.captured
+        return self.held & self.captured
 
     def residual_m(self, displacement_m: NDArray) -> float:
         """Root mean square distance of observed vertices to their data [m]."""
@@ -98,7 +119,12 @@ class Fit:
 
 
 def track_frames(
-    template: Template, rest_m: NDArray, frames: Iterable[Frame], options: Registration
+    template: Template,
+    rest_m: NDArray,
+    frames: Iterable[Frame],
+    options: Registration,
+    *,
+    complete: Callable[[NDArray, NDArray, NDArray], NDArray] | None = None,
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Deform the aligned template to each frame, starting from the frame before.
 
@@ -109,6 +135,10 @@ def track_frames(
         Its vertices in the camera frame [m].
     frames : iterable of Frame
     options : Registration
+    complete : callable, optional
+        Takes the vertices (n, 3) [m] of the frame before and of this one, and which of these rest
+        on data (n,), and gives places TP (n, 3) [m] for the others (Section 4.3.2); called once
+        for each frame in turn.
 
     Returns
     -------
@@ -124,11 +154,15 @@ def track_frames(
     tracker = Tracker(template, rest_m, options)
     shift, results = np.zeros_like(rest_m), []
     for number, frame in enumerate(frames):
+        before = rest_m + shift
         shift, fit = tracker.track(shift, frame)
         if not fit.observed.any():
             raise ValueError(
                 f"frame {number}: expected captured points near the template, found none"
             )
+        if complete is not None:
+            places = complete(before, rest_m + shift, fit.held)
+            shift = tracker.deform(shift, places, ~fit.held)
         results.append((rest_m + shift, fit.observed, fit.residual_m(shift)))
     return tuple(np.array(values) for values in zip(*results, strict=True))
 
