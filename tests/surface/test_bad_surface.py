@@ -105,10 +105,10 @@ def run(execute, files, root):
         "track": {"options": options["trackers"]["study"]},
     }
 
-    def done(stage):
-        inputs = {name: files.folder / file for name, file in (names | own[stage]).items()}
-        outputs = TRACKED if stage == "track" else {"alignment": "made.json"}
-        return execute(stage, inputs=inputs, outputs=outputs, params=PROBE | params[stage])
+    def done(rule):
+        inputs = {name: files.folder / file for name, file in (names | own[rule]).items()}
+        outputs = TRACKED if rule == "track" else {"alignment": "made.json"}
+        return execute(rule, inputs=inputs, outputs=outputs, params=PROBE | params[rule])
 
     return done
 
@@ -131,7 +131,7 @@ FAR = "tip: expected at most 5 mm from the template when the force begins, found
 
 
 @pytest.mark.parametrize(
-    ("stage", "spoil", "line"),
+    ("rule", "spoil", "line"),
     [
         ("track", lambda files: few_points(files, 2),
          "clouds.npz: frame 2: cloud: expected at least 30 points, found 7"),
@@ -144,9 +144,9 @@ FAR = "tip: expected at most 5 mm from the template when the force begins, found
         ("align", lambda files: files.tips(HEIGHTS + 0.03), f"probe_pose.csv: {FAR}"),
     ],
 )  # fmt: skip
-def test_what_does_not_fit_is_one_line(files, run, stage, spoil, line):
+def test_what_does_not_fit_is_one_line(files, run, rule, spoil, line):
     spoil(files)
-    assert f"{files.folder}/{line}" in run(stage)
+    assert f"{files.folder}/{line}" in run(rule)
 
 
 def test_eyes_are_where_the_calibration_has_them(files, execute, root, sensors):

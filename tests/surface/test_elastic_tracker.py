@@ -8,7 +8,6 @@ import pytest
 from floor import floor
 from palpate.solid.mesh import solid_mesh
 from palpate.surface.alignment import Alignment, AlignmentResidual
-from palpate.surface.correspondences import pair
 from palpate.surface.elastic import ElasticTracker
 from palpate.surface.elastic_capture import track_by_elasticity
 from palpate.surface.obstacle import Sphere, Table
@@ -119,18 +118,6 @@ def test_offset_at_rest_is_taken_off(solid, template):
     left = inner & (template.vertices_m[:, 0] < -0.015)
     assert np.abs(tracker.offset[left & top]).mean() < 5e-5
     assert tracker.sigma < 1.5e-4
-
-
-def test_pairs_by_distance_and_normal(template):
-    points = TOP_M + [[0.001, 0, 0.002], [0.001, 0, 0.02], [0.001, 0, 0.001]]
-    normals = np.array([[0, 0, 1.0], [0, 0, 1.0], [1.0, 0, 0]])
-    within = {"largest_distance_m": 0.01, "largest_normal_deg": 45}
-    pairs = pair(template.vertices_m, template, (points, normals), **within)
-    assert pairs.distance_m == pytest.approx([0.002])
-    lower = pairs.less(np.full(len(template.vertices_m), 0.0005))
-    assert lower.distance_m == pytest.approx([0.0015])
-    assert pairs.rest_m[0] == pytest.approx(TOP_M + [0.001, 0, 0])
-    assert pairs.observed(len(template.vertices_m)).sum() == 3
 
 
 @pytest.fixture(scope="module")
