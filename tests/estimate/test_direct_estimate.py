@@ -16,10 +16,12 @@ from made_up_indentation import (
 )
 from palpate import direct
 from palpate.estimate.direct.estimate import estimate_direct
-from palpate.estimate.direct.indentation import SHARED, Parameters
-from palpate.estimate.direct.quantities import NAMES, quantities_of
+from palpate.estimate.direct.indentation import NU, SHARED, Parameters
+from palpate.estimate.direct.quantities import NAMES, Profile, quantities_of
 from palpate.estimate.direct.result import regions_of
 from palpate.estimate.relaxation import relaxed_share
+from palpate.modulus import LABELS
+from scipy.special import stdtrit
 
 TRUTH = {
     "youngs_modulus_pa": 25e3,
@@ -173,6 +175,21 @@ def test_bad_input(tmp_path):
     options = OPTIONS.changed(poisson_ratio_bounds=(0.4, 0.1))
     with pytest.raises(ValueError, match="poisson_ratio_bounds: expected low below high"):
         estimate(indentation_of(25e3, 0.3, 1), options=options)
+
+
+def test_intervals_are_the_budgets_where_nu_is_determined(found):
+    """There all is nearly straight: the cost of the fits with nu held is a parabola."""
+    best, stated, budget = found.solution, found.quantities, found.budget
+    quantile = stdtrit(budget.freedom, 0.975)
+    for k, name in enumerate(LABELS):
+        one = found.moduli[name]
+        if name != "poisson_ratio":
+            half = np.log(one.high / one.low) / 2
+            assert half == pytest.approx(quantile[k] * budget.std[k], rel=0.03), name
+    nu, std = best.vector[NU], best.std[NU]
+    values, rise, _ = Profile.of(best, stated, budget).at(np.array([nu - std, nu, nu + std]))
+    assert rise == pytest.approx([1, 0, 1], abs=0.2)
+    assert values[1] == pytest.approx(stated.values)
 
 
 def test_intervals_follow_the_fits_at_each_nu_where_none_is_excluded():

@@ -48,9 +48,11 @@ def intervals_of(nu, stds, *, options=None, frames=50, correlation=0.0, table_st
     def at(ratios):
         z = (ratios - nu) / stds[1]
         moved = (correlation * stds[0] * z)[:, None] + (over_star(ratios).T - over_star(nu))
-        return log + moved, z**2, np.ones_like(moved)
+        return log + moved, z**2, np.zeros_like(moved)
 
-    profile = Profile(nu, at)
+    few, bounds = frames < 5 and not best.options.poisson_ratio, best.options.poisson_ratio_bounds
+    half = NORMAL * stds[1]
+    profile = Profile(np.array(bounds) if few else np.clip([nu - half, nu + half], *bounds), at)
     return intervals(best, quantities, budget, profile)
 
 
@@ -108,6 +110,16 @@ def test_a_ratio_that_was_given_keeps_its_deviation_and_g_and_k_follow_it():
     high = E_STAR * (1 - ends[1] ** 2) / (3 * (1 - 2 * ends[1]))
     assert found[BULK].high == pytest.approx(high, rel=0.01)
     assert found[SHEAR].low == pytest.approx(E_STAR * (1 - ends[1]) / 2, rel=0.01)
+
+
+@pytest.mark.parametrize("correlation", [-0.9, 0.0, 0.9])
+def test_shear_modulus_has_the_budgets_deviation_with_the_tables_error_of_nu(correlation):
+    """The table moves nu at the same E*, whatever the fit moves along nu."""
+    found = intervals_of(0.25, [0.02, 0.02, 0.0], correlation=correlation, table_std=0.08)[SHEAR]
+    by_nu = over_star_by_nu(0.25)[NAMES.index(SHEAR)]
+    fitted = 0.02**2 * (1 + by_nu**2 + 2 * correlation * by_nu)
+    half = NORMAL * np.hypot(np.sqrt(fitted), 0.08 * by_nu)
+    assert np.log(found.high / found.low) / 2 == pytest.approx(half, rel=0.05)
 
 
 @pytest.mark.parametrize("correlation", [-0.8, 0.0, 0.6])

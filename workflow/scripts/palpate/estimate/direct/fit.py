@@ -174,6 +174,10 @@ def held_at(best: Solution, nu: float) -> Solution:
     best : Solution
     nu : float
         Within its bounds.
+
+    Returns
+    -------
+    Solution
     """
     joint = _Joint(best.indentations, best.options)
     by_nu = best.covariance[:, NU] / best.covariance[NU, NU]

@@ -74,7 +74,9 @@ class Quantities:
     strain: float
 
 
-def quantities_of(best: Solution, *, radius_m: float) -> Quantities:
+def quantities_of(
+    best: Solution, *, radius_m: float, effective_depth_m: float | None = None
+) -> Quantities:
     """Moduli of an estimate and their slopes.
 
     Parameters
@@ -82,6 +84,8 @@ def quantities_of(best: Solution, *, radius_m: float) -> Quantities:
     best : Solution
     radius_m : float
         Of the sphere.
+    effective_depth_m : float, optional
+        In place of the options' [m].
     """
     vector, times = best.vector, best.parameters[0].times_s
     log_E, nu, q = vector[[LOG_E, NU, FORCE_LAW]]
@@ -94,7 +98,7 @@ def quantities_of(best: Solution, *, radius_m: float) -> Quantities:
     left = 1 - float(relaxed_share(ONE_SECOND_S, fractions=vector[fractions], times_s=times))
     values[[EFFECTIVE, E_1S]] += np.log(left)
     slopes[[EFFECTIVE, E_1S], fractions] += np.expm1(-ONE_SECOND_S / times) / left
-    depth = best.options.effective_depth_m
+    depth = best.options.effective_depth_m if effective_depth_m is None else effective_depth_m
     if depth is None:
         pairs = zip(best.indentations, best.parameters, strict=True)
         deepest = [one.depth_m.max() + p.offset_m for one, p in pairs]
@@ -126,67 +130,63 @@ def over_star_by_nu(nu: float) -> NDArray:
 
 @dataclass(frozen=True)
 class Profile:
-    """The least cost over all other unknowns, along Poisson's ratio.
+    """Moduli, cost and deviations of fits with Poisson's ratio held, along it.
 
     Attributes
     ----------
-    nu : float
-        Of the estimate.
+    ends : (2,) array
+        Least and greatest Poisson's ratio.
     at : callable
         Of Poisson's ratios (n,): `Quantities.values` (n, 7), how far the cost is above the
-        estimate's (n,), and standard deviations of what does not go with nu, over the estimate's
-        (n, 7).
+        estimate's (n,), and variances beside what goes with nu less the estimate's (n, 7).
+    converged : bool
+        Whether all fits did.
     """
 
-    nu: float
+    ends: NDArray
     at: Callable[[NDArray], tuple[NDArray, NDArray, NDArray]]
+    converged: bool = True
 
     @staticmethod
     def of(best: Solution, quantities: Quantities, budget: "Budget") -> "Profile":
-        """Fit again at some Poisson's ratios that are held, and interpolate."""
-        nu, known = float(quantities.values[POISSON]), best.options.poisson_ratio
-        std = max(best.std[NU], budget.std[POISSON])
-        half = stdtrit(budget.freedom.min(), (1 + CONFIDENCE) / 2) * std
-        middle = [nu, nu if known is None else known]
-        low, high = _ends(best, min(middle) - half, max(middle) + half)
-        nodes = np.unique([low, (low + nu) / 2, nu, (nu + high) / 2, high])
-        held = [held_at(best, node) for node in nodes]
-        options = best.options.changed(effective_depth_m=quantities.depth_m)
-        each = [quantities_of(replace(one, options=options), radius_m=1.0) for one in held]
+        """Fit again at some Poisson's ratios, and interpolate.
+
+        Parameters
+        ----------
+        best : Solution
+        quantities : Quantities
+            Of the estimate.
+        budget : Budget
+        """
+        nu = float(quantities.values[POISSON])
+        half = stdtrit(budget.freedom.min(), (1 + CONFIDENCE) / 2) * best.std[NU]
+        ends = _ends(best, nu - half, nu + half)
+        # No steps too short to tell fits apart; where one side has none the other has all.
+        long = [end for end in ends if abs(end - nu) > AT_BOUND]
+        parts = np.linspace(0, 1, 5 if len(long) == 1 else 3)[1:]
+        nodes = np.sort([nu, *(nu + part * (end - nu) for end in long for part in parts)])
+        held = [best if node == nu else held_at(best, node) for node in nodes]
+        each = [
+            quantities_of(one, radius_m=1.0, effective_depth_m=quantities.depth_m) for one in held
+        ]
         slopes = np.stack([one.slopes for one in each])
         covariance = slopes @ np.stack([one.covariance for one in held]) @ slopes.swapaxes(1, 2)
         with_nu = covariance[:, POISSON]
         variance = np.diagonal(covariance, axis1=1, axis2=2) - with_nu**2 / with_nu[:, [POISSON]]
         # Moduli over E* are known exactly.
         beside = np.stack([one.values for one in each]) - over_star(nodes).T
-        columns = beside, np.sqrt(np.maximum(variance, 1e-12)), [[one.cost] for one in held]
-        curves, count = CubicSpline(nodes, np.hstack(columns)), len(NAMES)
-        start = curves(nu)
+        cost = np.array([[one.cost] for one in held])
+        columns = np.hstack([beside, variance, cost])
+        curves = CubicSpline(nodes, columns) if len(nodes) > 1 else lambda ratios: columns[0]
+        start, count = curves(nu), len(NAMES)
 
         def at(ratios: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-            values, spread, cost = np.split(curves(ratios), [count, 2 * count], axis=1)
-            spread = spread / start[count:-1]
-            return values + over_star(ratios).T, cost[:, 0] - start[-1], spread
+            change = np.broadcast_to(curves(ratios) - start, (len(ratios), len(start)))
+            moved, wider, rise = np.split(change, [count, 2 * count], axis=1)
+            values = quantities.values + moved + over_star(ratios).T - over_star(nu)
+            return values, rise[:, 0], wider
 
-        return Profile(nu, at)
-
-    def interval(self, k: int, reach: NDArray, rest: float, part: float) -> Modulus:
-        """Interval of a modulus [Pa]: where the cost rises by at most 1 / part.
-
-        Parameters
-        ----------
-        k : int
-            Place of the modulus in `NAMES`.
-        reach : (2,) array
-            Least and greatest Poisson's ratio.
-        rest : float
-            Half-width of its logarithm at the estimate's Poisson's ratio.
-        part : float
-        """
-        values, rise, spread = self.at(np.append(np.linspace(*reach, NU_STEPS), self.nu))
-        half = rest * spread[:, k] * np.sqrt(np.clip(1 - part * rise, 0, 1))
-        low, high = (values[:, k] + side * half for side in (-1, 1))
-        return Modulus.of_pascals(*map(float, np.exp([values[-1, k], low.min(), high.max()])))
+        return Profile(ends, at, all(one.converged for one in held))
 
 
 def intervals(
@@ -195,8 +195,8 @@ def intervals(
     """Moduli with their intervals and verdicts.
 
     Poisson's ratio ends at the range's bounds. Moduli have the intervals of the profile likelihood
-    along it; those of G and K follow the stated interval of nu, have no verdict where nu has none,
-    and K has no upper end where nu reaches the range's.
+    along it. G and K follow the stated interval of nu, have no verdict where nu has none, and K has
+    no upper end where nu reaches the range's.
 
     Parameters
     ----------
@@ -205,30 +205,39 @@ def intervals(
     budget : Budget
     profile : Profile
     """
-    options, nu = best.options, float(quantities.values[POISSON])
+    options, values = best.options, quantities.values
+    bounds, nu = options.poisson_ratio_bounds, float(values[POISSON])
     quantile = stdtrit(budget.freedom, (1 + CONFIDENCE) / 2)
-    bounds, of_nu = options.poisson_ratio_bounds, budget.std[POISSON]
     moved = quantities.slopes @ best.covariance @ quantities.slopes[POISSON]
-    nu_std = np.sqrt(moved[POISSON])
-    few = _few_frames(best)
+    few, half = _few_frames(best), quantile[POISSON] * budget.std[POISSON]
     # What the fit contradicts is no better for its interval.
-    contradicted = not best.converged or farthest_zero(best)[1] > FAR_ZERO
-    nu_half = quantile[POISSON] * of_nu
-    ratio = _ratio(nu, _ends(best, nu - nu_half, nu + nu_half), nu_std, contradicted, options)
+    converged = best.converged and profile.converged
+    contradicted = not converged or farthest_zero(best)[1] > FAR_ZERO
+    nu_std, ends = np.sqrt(moved[POISSON]), _ends(best, nu - half, nu + half)
+    ratio = _ratio(nu, ends, nu_std, contradicted, options)
+    half = (ratio.high - ratio.low) / 2 if ratio.verdict == ASSUMED else half
+    slope, star_variance = _star_by_nu(budget.std, nu)
     found = {}
     for k, name in enumerate(NAMES):
         if k == POISSON:
             found[name] = ratio
             continue
         if k < len(LABELS):
-            half, part = quantile[k] * nu_std, quantile[k] ** -2
-            reach = _ends(best, nu - half, nu + half)
+            ratios = np.append(np.linspace(*profile.ends, NU_STEPS), nu)
+            each, rise, wider = profile.at(ratios)
             # The budget holds the covariance: what is left of it does not go with nu.
-            rest = quantile[k] * np.sqrt(max(budget.std[k] ** 2 - (moved[k] / nu_std) ** 2, 0.0))
+            rest = max(budget.std[k] ** 2 - moved[k] ** 2 / moved[POISSON], 0.0)
+            variance, part = rest + wider[:, k], rise / quantile[k] ** 2
+            logs, t = each[:, k], quantile[k]
         else:
-            reach, part = np.array([ratio.low, ratio.high]), (nu_std / nu_half) ** 2
-            rest = quantile[STAR] * _star_beside_nu(budget.std, nu)
-        found[name] = profile.interval(k, reach, rest, 0.0 if few else part)
+            ratios = np.append(np.linspace(ratio.low, ratio.high, NU_STEPS), nu)
+            logs = values[k] + slope * (ratios - nu) + over_star(ratios)[k] - over_star(nu)[k]
+            variance, part = star_variance, np.minimum(((ratios - nu) / half) ** 2, 1.0)
+            t = quantile[STAR]
+        left = np.ones_like(ratios) if few else 1 - part
+        reach = t * np.sqrt(np.maximum(variance * left, 0.0))
+        low, high = (logs - reach)[left >= 0].min(), (logs + reach)[left >= 0].max()
+        found[name] = Modulus.of_pascals(*map(float, np.exp([values[k], low, high])))
         if contradicted:
             found[name] = replace(found[name], verdict=NOT_JUDGED)
     if ratio.high >= bounds[1] - AT_BOUND:
@@ -251,16 +260,17 @@ def _ends(best: Solution, low: float, high: float) -> NDArray:
     return np.array(bounds) if _few_frames(best) else np.clip([low, high], *bounds)
 
 
-def _star_beside_nu(std: NDArray, nu: float) -> float:
-    """Deviation of log E* beside what goes with nu, by those of all quantities, (7,).
+def _star_by_nu(std: NDArray, nu: float) -> tuple[float, float]:
+    """Slope of log E* by nu, and its variance beside that, by the deviations (7,) of all.
 
     Of G = E* (1 - nu)/2 the variances of three give the covariance of two.
     """
     shear = NAMES.index(SHEAR)
-    of_star, of_nu, of_G = std[[STAR, POISSON, shear]] ** 2
-    by_nu = over_star_by_nu(nu)[shear]
-    both = (of_G - of_star - by_nu**2 * of_nu) / (2 * by_nu)
-    return float(np.sqrt(max(of_star - both**2 / max(of_nu, 1e-300), 0.0)))
+    of_star, of_nu, of_G = np.maximum(std[[STAR, POISSON, shear]] ** 2, 1e-300)
+    by_nu, most = over_star_by_nu(nu)[shear], np.sqrt(of_star / of_nu)
+    slope = (of_G - of_star - by_nu**2 * of_nu) / (2 * by_nu * of_nu)
+    slope = float(np.clip(slope, -most, most))
+    return slope, max(of_star - slope**2 * of_nu, 0.0)
 
 
 def _ratio(nu: float, ends: NDArray, std: float, contradicted: bool, options: Fit) -> Modulus:
