@@ -150,7 +150,7 @@ def test_a_press_is_followed(capture):
     prior = json.loads(tracked.prior)
     assert prior["noise_reached"] and prior["poisson_ratio"] == 0.3
     assert prior["frames_not_converged"] == []
-    assert prior["noise_m"] == pytest.approx(1e-4, rel=0.15)
+    assert prior["noise_m"] == pytest.approx(1e-4, rel=0.1)
     moved = np.linalg.norm(tracked.vertices_m - tracked.rest_m, axis=2)
     assert moved[:2].max() < 1e-4
     assert moved[4].max() == pytest.approx(0.003, abs=1e-4)
@@ -161,8 +161,10 @@ def test_a_press_is_followed(capture):
     assert np.array_equal(tracked.vertices_m, again.vertices_m)
 
 
-@pytest.mark.parametrize(("frames", "contact"), [([0, 1, 3, 3, 3, 4], 5), ([0, 1, 4], 2)])
-def test_a_slow_press_and_one_in_a_jump_are_followed(capture, frames, contact):
+@pytest.mark.parametrize(
+    ("frames", "contact", "at_rest"), [([0, 1, 3, 3, 3, 4], 5, 2), ([0, 1, 4], 2, 1)]
+)
+def test_a_slow_press_and_one_in_a_jump_are_followed(capture, frames, contact, at_rest):
     """A soft object is pressed by millimetres before the force is above its threshold."""
     other = replace(
         capture,
@@ -172,8 +174,8 @@ def test_a_slow_press_and_one_in_a_jump_are_followed(capture, frames, contact):
     )
     tracked = track_by_elasticity(other, OPTIONS)
     prior = json.loads(tracked.prior)
-    assert (prior["frames_at_rest"], prior["frames_sphere_inside"]) == (2, [])
-    assert prior["noise_m"] == pytest.approx(1e-4, rel=0.15)
+    assert (prior["frames_at_rest"], prior["frames_sphere_inside"]) == (at_rest, [])
+    assert prior["noise_m"] == pytest.approx(1e-4, rel=0.1)
     moved = np.linalg.norm(tracked.vertices_m[-1] - tracked.rest_m, axis=1)
     assert moved.max() == pytest.approx(0.003, abs=1e-4)
 
