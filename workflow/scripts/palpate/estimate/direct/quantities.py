@@ -132,6 +132,8 @@ def over_star_by_nu(nu: float) -> NDArray:
 class Profile:
     """Moduli, cost and deviations of fits with Poisson's ratio held, along it.
 
+    Profile likelihood: D. J. Venzon and S. H. Moolgavkar, Applied Statistics 37, 1988, 87.
+
     Attributes
     ----------
     ends : (2,) array
@@ -157,6 +159,10 @@ class Profile:
         quantities : Quantities
             Of the estimate.
         budget : Budget
+
+        Returns
+        -------
+        Profile
         """
         nu = float(quantities.values[POISSON])
         half = stdtrit(budget.freedom.min(), (1 + CONFIDENCE) / 2) * best.std[NU]
