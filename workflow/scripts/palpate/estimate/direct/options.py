@@ -2,6 +2,7 @@
 
 from typing import Annotated
 
+import numpy as np
 from pydantic import Field
 
 from palpate.config.model import (
@@ -62,6 +63,20 @@ class Rig(Model):
     compliance_std_m_n: NotNegative = option(
         2e-6, "of what the probe gives way by between board and tip, beside its file's"
     )
+
+    def modulus_std(self, *, force_n: float, depth_m: float, radius_m: float) -> float:
+        """Relative standard deviation of E*, which goes with F R^(-1/2) d^(-3/2).
+
+        Of a sphere of a radius [m] at the greatest force [N] and depth [m].
+        """
+        parts = (
+            self.force_scale_std,
+            float(np.hypot(self.force_zero_std_n, self.force_drift_std_n)) / force_n,
+            self.radius_std_m / radius_m / 2,
+            self.curvature_std_per_m * radius_m / 2,
+            1.5 * self.compliance_std_m_n * force_n / depth_m,
+        )
+        return float(np.linalg.norm(parts))
 
 
 class Fit(Model):

@@ -94,7 +94,11 @@ def estimate_hertz(
             best = wide | {"relaxation": "unheld"}
         models.append(best)
     std = _clock_std(indentation, best, options, clock_std_s) if clock_std_s > 0 else 0.0
-    std = float(np.hypot(std, _rig_std(indentation, rig) if rig else 0.0))
+    if rig:
+        used = indentation.approach
+        force_n, depth_m = (one[used].max() for one in (indentation.force_n, indentation.depth_m))
+        of = {"depth_m": max(float(depth_m), 1e-9), "radius_m": indentation.radius_m}
+        std = float(np.hypot(std, rig.modulus_std(force_n=float(force_n), **of)))
     models = [_with_error(one, std) for one in models]
     best = recommended(indentation, models)
     if not indentation.allows_relaxation:
@@ -221,20 +225,6 @@ def _fit_relaxing(indentation: Indentation, model: Mapping, options: Hertz) -> R
         beliefs=options.relaxation,
         contact_m=model["contact_depth_m"],
     )
-
-
-def _rig_std(indentation: Indentation, rig: Rig) -> float:
-    """Relative standard deviation of E* by the rig: E* goes with F R^(-1/2) d^(-3/2)."""
-    used = indentation.approach
-    force, depth = (float(one[used].max()) for one in (indentation.force_n, indentation.depth_m))
-    parts = (
-        rig.force_scale_std,
-        float(np.hypot(rig.force_zero_std_n, rig.force_drift_std_n)) / force,
-        rig.radius_std_m / indentation.radius_m / 2,
-        rig.curvature_std_per_m * indentation.radius_m / 2,
-        1.5 * rig.compliance_std_m_n * force / max(depth, 1e-9),
-    )
-    return float(np.linalg.norm(parts))
 
 
 def _clock_std(indentation: Indentation, row: Mapping, options: Hertz, clock_std_s: float) -> float:
