@@ -18,8 +18,8 @@ from made_up_indentation import (
 from palpate.estimate.direct import quantities
 from palpate.estimate.direct.budget import budget_of
 from palpate.estimate.direct.deviations import Scales, with_depth_errors
-from palpate.estimate.direct.fit import Solution, blocks_of
-from palpate.estimate.direct.indentation import DirectIndentation, linearised
+from palpate.estimate.direct.fit import Solution
+from palpate.estimate.direct.indentation import OWN, DirectIndentation
 from palpate.estimate.direct.options import Fit, ModelStd, Rig
 from palpate.estimate.direct.rig import UNSTATED, ProbeUncertainty
 from palpate.report.source_words import SOURCES
@@ -276,10 +276,9 @@ def with_term(field, std):
 def estimate(options, *captures, known=UNSTATED):
     """What the estimate says of captures at the truth, without a fit."""
     captures = tuple(with_depth_errors(one, TRUTH, options, likeliest=False) for one in captures)
-    scales = (Scales(),) * len(captures)
-    lines = [linearised(one, TRUTH) for one in captures]
-    blocks = tuple(map(blocks_of, captures, lines, scales))
-    best = Solution((TRUTH,) * len(captures), 0.0, scales, blocks, captures, options, True)
+    shared, own = np.split(TRUTH.vector, [-OWN])
+    vector, scales = np.r_[shared, np.tile(own, len(captures))], (Scales(),) * len(captures)
+    best = Solution(captures, options, vector, scales)
     moduli = quantities.quantities_of(best, radius_m=RADIUS_M)
     budget = budget_of(best, moduli, known, radius_m=RADIUS_M)
     return budget, quantities.intervals(best, moduli, budget)

@@ -8,8 +8,8 @@ from made_up_indentation import OPTIONS, RADIUS_M, START, indentation_of
 from palpate.estimate.direct.budget import budget_of
 from palpate.estimate.direct.deviations import Scales
 from palpate.estimate.direct.estimate import estimate_direct
-from palpate.estimate.direct.fit import Solution, blocks_of
-from palpate.estimate.direct.indentation import FORCE_LAW, MOTION_LAW, NU, linearised
+from palpate.estimate.direct.fit import Solution
+from palpate.estimate.direct.indentation import FORCE_LAW, MOTION_LAW, NU
 from palpate.estimate.direct.prior import FARTHEST_LAW
 from palpate.estimate.direct.quantities import intervals, quantities_of
 from palpate.estimate.direct.warnings import Estimated, exclusions, warnings_of
@@ -25,9 +25,7 @@ TRUTH = replace(START, youngs_modulus_pa=25e3, poisson_ratio=0.3)
 
 
 def at_truth(capture=CAPTURE, options=OPTIONS, truth=TRUTH, **changes):
-    blocks = blocks_of(capture, linearised(capture, truth), Scales())
-    found = Solution((truth,), 0.0, (Scales(),), (blocks,), (capture,), options, True)
-    return replace(found, **changes)
+    return Solution((capture,), options, truth.vector, (Scales(),), **changes)
 
 
 def verdicts(best):

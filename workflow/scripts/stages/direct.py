@@ -24,8 +24,8 @@ def main(snakemake):
         with whole_file(snakemake.output.budget) as part:
             pd.DataFrame(found.budget.rows()).to_csv(part, index=False)
     if "fitted" in snakemake.output.keys():
-        with whole_file(snakemake.output.fitted) as part:
-            save_fitted(part, dict(zip(params.captures, found.captures(), strict=True)))
+        fitted = dict(zip(params.captures, found.captures(), strict=True))
+        save_fitted(snakemake.output.fitted, fitted)
 
 
 run(main, snakemake)

@@ -125,9 +125,8 @@ class DirectIndentation:
     table : SampleTable
         Of the indented point, brought to the contact, at the samples.
     tip_root_m : (3, 3) array, optional
-        Root of the covariance of the tip's place in the target's frame, which captures share [m].
-    tip_axes : (3, 3) array, optional
-        The indentation, and the axes across it, in that frame.
+        Of errors of the tip's place in the target's frame, which captures share: what one of a
+        deviation moves along the indentation and the axes across it [m].
     """
 
     time_s: NDArray
@@ -154,13 +153,11 @@ class DirectIndentation:
     support_axes: SupportAxes
     table: SampleTable
     tip_root_m: NDArray = field(default_factory=lambda: np.zeros((3, 3)))
-    tip_axes: NDArray = field(default_factory=lambda: np.eye(3))
 
     @property
     def zero_std_m(self) -> float:
         """Deviation of the depth's zero: of an error of its own, and of the tip's [m]."""
-        of_tip = np.linalg.norm(self.tip_axes[0] @ self.tip_root_m)
-        return float(np.hypot(self.offset_std_m, of_tip))
+        return float(np.hypot(self.offset_std_m, np.linalg.norm(self.tip_root_m[0])))
 
     @property
     def depth_std_m(self) -> NDArray:

@@ -1,12 +1,11 @@
-"""Errors of a rig that no capture determines: what they do to a capture, and what is stated."""
+"""What is stated of a probe's own numbers, and where the budget's deviations come from."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.options import Rig
 
 # Where a deviation comes from: the options, the probe's file, a run's recordings, the captures.
@@ -77,74 +76,3 @@ class ProbeUncertainty:
 
 
 UNSTATED = ProbeUncertainty()
-
-
-@dataclass(frozen=True)
-class RigError:
-    """An error of a rig.
-
-    Attributes
-    ----------
-    source : str
-    std : float
-        Its standard uncertainty, in its unit.
-    unit : str
-    changed : callable
-        Gives a capture as an error of so much would have made it.
-    common : bool, optional
-        Whether all captures have the same.
-    """
-
-    source: str
-    std: float
-    unit: str
-    changed: Callable[[DirectIndentation, float], DirectIndentation]
-    common: bool = True
-
-
-def rig_errors(
-    options: Rig, known: ProbeUncertainty = UNSTATED, *, radius_m: float
-) -> tuple[RigError, ...]:
-    """Errors of a rig with the standard uncertainties that are stated.
-
-    In Hertz's contact the force at a depth goes with the root of the effective radius R, whose
-    inverse is the sum of the sphere's and the surface's curvatures: -R/2 for a curvature.
-
-    Parameters
-    ----------
-    options : Rig
-    known : ProbeUncertainty, optional
-        What is stated of the probe's own numbers.
-    radius_m : float
-        Of the sphere [m].
-    """
-    o = known.rig(options)
-
-    def scaled(one: DirectIndentation, error: float) -> DirectIndentation:
-        return replace(one, force_n=one.force_n * (1 + error))
-
-    def more(one: DirectIndentation, error: NDArray | float) -> DirectIndentation:
-        return replace(one, force_n=one.force_n + error)
-
-    def drifting(one: DirectIndentation, error: float) -> DirectIndentation:
-        """By so much from the beginning of the record to its end."""
-        return more(one, error * ((one.time_s - one.time_s[0]) / np.ptp(one.time_s)))
-
-    def compliant(one: DirectIndentation, error: float) -> DirectIndentation:
-        """The probe's target goes down farther than its tip."""
-        return replace(one, depth_m=one.depth_m - error * one.force_n[one.frames])
-
-    def wider(one: DirectIndentation, error: float) -> DirectIndentation:
-        return scaled(one, -error / (2 * radius_m))
-
-    def curved(one: DirectIndentation, error: float) -> DirectIndentation:
-        return scaled(one, error * radius_m / 2)
-
-    return (
-        RigError("scale of the force", o.force_scale_std, "1", scaled),
-        RigError("zero of the force", o.force_zero_std_n, "N", more, common=False),
-        RigError("drift of the force", o.force_drift_std_n, "N", drifting, common=False),
-        RigError("radius of the sphere", o.radius_std_m, "m", wider),
-        RigError("curvature of the template", o.curvature_std_per_m, "1/m", curved),
-        RigError("compliance of the probe", o.compliance_std_m_n, "m/N", compliant),
-    )
