@@ -9,10 +9,10 @@ from made_up_indentation import (
     OPTIONS,
     RADIUS_M,
     RELAXATION_TIMES_S,
-    START,
     UNBONDED,
     indentation_of,
     made_up_table,
+    parameters,
     support_axes,
 )
 from palpate.estimate.direct import quantities
@@ -20,8 +20,7 @@ from palpate.estimate.direct.budget import budget_of
 from palpate.estimate.direct.deviations import Scales, with_depth_errors
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.indentation import OWN, DirectIndentation
-from palpate.estimate.direct.options import Fit, ModelStd, Rig
-from palpate.estimate.direct.rig import UNSTATED, ProbeUncertainty
+from palpate.estimate.direct.options import UNSTATED, Fit, ModelStd, ProbeUncertainty, Rig
 from palpate.report.source_words import SOURCES
 from scipy.integrate import quad
 from scipy.stats import chi2, halfnorm, t
@@ -66,7 +65,7 @@ CAPTURE = replace(
     clock_std_s=TINY,
     table=replace(made_up_table(SIDE_M), softer=NO_SLIDING),
 )
-TRUTH = replace(START, youngs_modulus_pa=E, poisson_ratio=NU)
+TRUTH = parameters(E, NU)
 FORCE_N, TIME_S = CAPTURE.force_n[CAPTURE.frames], CAPTURE.time_s[CAPTURE.frames]
 SPEED_M_S = CAPTURE.speed_m_s
 LOAD = FORCE_N / FORCE_N.max()

@@ -8,9 +8,8 @@ from made_up_indentation import displacement_of
 from palpate.estimate.direct.contact import FORCE_DEVIATIONS
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.motion import observed_motion, rest_frames
-from palpate.estimate.direct.options import Fit, Observation
+from palpate.estimate.direct.options import Fit, Observation, ProbeUncertainty
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
-from palpate.estimate.direct.rig import ProbeUncertainty
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.capture import align_first
 from palpate.surface.options import Aligning
@@ -57,7 +56,7 @@ CELL_M, NORMAL = samples()
 def motion(synthetic):
     """The true one."""
     moved = sunk_m(CELL_M, DEPTH_M, synthetic.radius_m) * (NORMAL @ UP)
-    return displacement_of(CELL_M, NORMAL, moved, FIRST, std_m=3e-5)
+    return displacement_of(CELL_M, NORMAL, moved, std_m=3e-5)
 
 
 @pytest.fixture(scope="module")

@@ -233,7 +233,7 @@ def test_beside_the_point_of_a_ball_the_indentation_is_along_its_normal_there():
         clock_std_s=0.01,
         turns=np.tile(np.eye(3), (frames, 1, 1)),
     )
-    motion = displacement_of(cell, cell / BALL_M, np.zeros((frames, len(cell))), 6)
+    motion = displacement_of(cell, cell / BALL_M, np.zeros((frames, len(cell))))
     alignment = Alignment(np.eye(4), BALL_M * towards, 6, None)
     support, table = floor(1e-3, height_m=-BALL_M), table_of(mesh, BALL_M * UP)
 

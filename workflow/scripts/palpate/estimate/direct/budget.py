@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 
 from palpate.estimate.direct.fit import Part, Solution
 from palpate.estimate.direct.indentation import OWN, DirectIndentation, linearised, residuals
-from palpate.estimate.direct.options import Rig
+from palpate.estimate.direct.options import (
+    CONFIGURED,
+    OBSERVED,
+    UNSTATED,
+    ProbeUncertainty,
+    Rig,
+)
 from palpate.estimate.direct.prior import UNMOVED
 from palpate.estimate.direct.quantities import (
     LOG_MODULI,
@@ -20,12 +26,6 @@ from palpate.estimate.direct.quantities import (
     POISSON,
     Quantities,
     over_star_by_nu,
-)
-from palpate.estimate.direct.rig import (
-    CONFIGURED,
-    OBSERVED,
-    UNSTATED,
-    ProbeUncertainty,
 )
 from palpate.modulus import LABELS
 

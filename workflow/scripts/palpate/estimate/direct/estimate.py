@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from palpate.estimate.direct.budget import Budget, budget_of
 from palpate.estimate.direct.fit import Solution, fit_direct
 from palpate.estimate.direct.indentation import (
-    PLACES,
-    SUPPORT_MOTIONS,
+    OWN,
+    SHARED,
     DirectIndentation,
     Parameters,
     residuals,
 )
-from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.options import UNSTATED, Fit, ProbeUncertainty
 from palpate.estimate.direct.quantities import NAMES, Quantities, intervals, quantities_of
 from palpate.estimate.direct.result import (
     CaptureFit,
@@ -25,7 +25,6 @@ from palpate.estimate.direct.result import (
     regions_of,
     summed,
 )
-from palpate.estimate.direct.rig import UNSTATED, ProbeUncertainty
 from palpate.estimate.direct.warnings import contradictions, warnings_of
 from palpate.modulus import Modulus, bounded_at_best
 from palpate.solid.options import greatest_ratio
@@ -211,5 +210,5 @@ def _start(indentation: DirectIndentation, nu: float, options: Fit) -> Parameter
     force = indentation.force_n[indentation.frames]
     E = max(float((force @ unit) / max(float(unit @ unit), 1e-300)), 1.0)
     times_s = np.array(options.relaxation_times_s, dtype=float)
-    own = (0.0, 0.0, 0.0, np.zeros(PLACES), np.zeros(SUPPORT_MOTIONS))
-    return Parameters(E, nu, 0.0, 0.0, 0.0, np.full(len(times_s), 0.02), times_s, *own)
+    shares = np.full(len(times_s), 0.02)
+    return Parameters(np.r_[np.log(E), nu, np.zeros(SHARED - 2), shares, np.zeros(OWN)], times_s)

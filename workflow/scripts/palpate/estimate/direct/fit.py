@@ -110,7 +110,7 @@ class _Joint:
     def split(self, vector: NDArray) -> tuple[Parameters, ...]:
         """Parameters of each capture."""
         times_s = np.array(self.options.relaxation_times_s, dtype=float)
-        return tuple(Parameters.of(vector[at], times_s) for at in self.places)
+        return tuple(Parameters(vector[at], times_s) for at in self.places)
 
     def linearised(self, vector: NDArray) -> Iterator[Linearised]:
         return map(linearised, self.indentations, self.split(vector))

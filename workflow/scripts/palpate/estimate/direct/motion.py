@@ -47,10 +47,7 @@ SHAPES = {
     "normal": ("samples", 3),
     "moved_m": ("frames", "samples"),
     "std_m": ("frames", "samples"),
-    "rest_height_m": ("samples",),
     "rest_std_m": ("samples",),
-    "points": ("frames", "samples"),
-    "rest_frames": ("frames at rest",),
 }
 
 
@@ -67,21 +64,15 @@ class SurfaceMotion:
         the sample was not seen.
     std_m : (f, c) array
         Standard deviation of a frame's own noise [m]; not that of the rest, which all frames share.
-    rest_height_m, rest_std_m : (c,) arrays
-        Mean distance of the frames at rest from the template, and its standard deviation [m].
-    points : (f, c) int array
-        How many a sample was seen with.
-    rest_frames : (r,) int array
+    rest_std_m : (c,) array
+        Of the mean of the frames at rest [m].
     """
 
     cell_m: NDArray
     normal: NDArray
     moved_m: NDArray
     std_m: NDArray
-    rest_height_m: NDArray
     rest_std_m: NDArray
-    points: NDArray
-    rest_frames: NDArray
 
     @property
     def noise_std_m(self) -> NDArray:
@@ -249,8 +240,7 @@ def observed_motion(
     if not seen.any():
         expected = f"samples seen in {FEWEST_AT_REST} frames at rest"
         raise ValueError(f"clouds: expected {expected}, found none")
-    base = np.nanmean(height[np.ix_(rest, seen)], axis=0)
-    moved = height[:, seen] - base
+    moved = height[:, seen] - np.nanmean(height[np.ix_(rest, seen)], axis=0)
     # Variance of each sample's noise at rest with what is usual, and its frames.
     noise = moved[rest]
     own, squares = np.isfinite(noise).sum(axis=0), np.nansum(noise**2, axis=0)
@@ -260,10 +250,7 @@ def observed_motion(
         **vars(samples.at(seen)),
         moved_m=moved,
         std_m=np.where(np.isfinite(moved), np.sqrt(variance), np.nan),
-        rest_height_m=base,
         rest_std_m=np.sqrt(variance / own),
-        points=points[:, seen],
-        rest_frames=rest,
     )
 
 

@@ -15,10 +15,10 @@ from palpate.estimate.direct.contact import (
 )
 from palpate.estimate.direct.indentation import DirectIndentation, SupportAxes
 from palpate.estimate.direct.motion import SurfaceMotion
-from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.rig import (
+from palpate.estimate.direct.options import (
     TIP_PART,
     UNSTATED,
+    Fit,
     ProbeUncertainty,
 )
 from palpate.estimate.direct.table import axes_across, sample_table
