@@ -18,7 +18,7 @@ from made_up_indentation import (
 from palpate.estimate.direct import quantities
 from palpate.estimate.direct.budget import budget_of
 from palpate.estimate.direct.deviations import Scales, with_depth_errors
-from palpate.estimate.direct.fit import Solution
+from palpate.estimate.direct.fit import Solution, held_at
 from palpate.estimate.direct.indentation import OWN, DirectIndentation
 from palpate.estimate.direct.options import UNSTATED, Fit, ModelStd, ProbeUncertainty, Rig
 from palpate.report.source_words import SOURCES
@@ -280,7 +280,9 @@ def estimate(options, *captures, known=UNSTATED):
     best = Solution(captures, options, vector, scales)
     moduli = quantities.quantities_of(best, radius_m=RADIUS_M)
     budget = budget_of(best, moduli, known, radius_m=RADIUS_M)
-    return budget, quantities.intervals(best, moduli, budget)
+    # Of captures that are apart the truth is not where the cost is least.
+    profile = quantities.Profile.of(held_at(best, NU), moduli, budget)
+    return budget, quantities.intervals(best, moduli, budget, profile)
 
 
 def budget(options, *captures, known=UNSTATED):

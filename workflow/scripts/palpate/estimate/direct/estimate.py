@@ -17,7 +17,13 @@ from palpate.estimate.direct.indentation import (
     residuals,
 )
 from palpate.estimate.direct.options import UNSTATED, Fit, ProbeUncertainty
-from palpate.estimate.direct.quantities import NAMES, Quantities, intervals, quantities_of
+from palpate.estimate.direct.quantities import (
+    NAMES,
+    Profile,
+    Quantities,
+    intervals,
+    quantities_of,
+)
 from palpate.estimate.direct.result import (
     CaptureFit,
     described_law,
@@ -184,7 +190,7 @@ def estimate_direct(
     best = fit_direct(indentations, options, *starts)
     quantities = quantities_of(best, radius_m=radius_m)
     budget = budget_of(best, quantities, known, radius_m=radius_m)
-    moduli = intervals(best, quantities, budget)
+    moduli = intervals(best, quantities, budget, Profile.of(best, quantities, budget))
     if any(contradictions(best)):
         moduli = bounded_at_best(moduli)
     return DirectEstimate(best, moduli, quantities, budget)

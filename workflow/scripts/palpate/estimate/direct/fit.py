@@ -1,7 +1,7 @@
 """Joint robust least squares of E, nu, the law and nuisances over all frames of captures."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -17,6 +17,7 @@ from palpate.estimate.direct.deviations import (
     with_pattern,
 )
 from palpate.estimate.direct.indentation import (
+    NU,
     OWN,
     SHARED,
     DirectIndentation,
@@ -244,6 +245,24 @@ def fit_direct(
         scales = tuple(map(scales_of, joint.indentations, joint.linearised(vector)))
         vector, converged = joint.minimise(vector, scales)
     return Solution(joint.indentations, options, vector, scales, converged)
+
+
+def held_at(best: Solution, nu: float) -> Solution:
+    """Least cost with Poisson's ratio held; deviations stay as the estimate has them.
+
+    Parameters
+    ----------
+    best : Solution
+    nu : float
+        Within its bounds.
+    """
+    joint = _Joint(best.indentations, best.options)
+    for end in joint.bounds:
+        end[NU] = nu
+    by_nu = best.covariance[:, NU] / best.covariance[NU, NU]
+    start = np.clip(best.vector + (nu - best.vector[NU]) * by_nu, *joint.bounds)
+    vector, converged = joint.minimise(start, best.scales)
+    return replace(best, vector=vector, converged=converged)
 
 
 def _bounded_solution(matrix: NDArray, right: NDArray, low: NDArray, high: NDArray) -> NDArray:
