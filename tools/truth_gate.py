@@ -26,8 +26,7 @@ import pandas as pd
 import yaml
 from palpate.estimate.direct.estimate import DirectEstimate, estimate_direct
 from palpate.estimate.direct.indentation import DirectIndentation
-from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.rig import ProbeUncertainty
+from palpate.estimate.direct.options import Fit, ProbeUncertainty
 from palpate.modulus import LABELS, columns
 from palpate.report.estimate_rows import direct_rows
 from palpate.workflow.digest import pins

@@ -4,7 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 from floor import floor
-from palpate.estimate.direct.indentation import DirectIndentation, Parameters, SupportAxes
+from palpate.estimate.direct.indentation import (
+    OWN,
+    SHARED,
+    DirectIndentation,
+    Parameters,
+    SupportAxes,
+)
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.options import Fit, ModelStd, Rig
 from palpate.estimate.direct.table import SampleTable, axes_across
@@ -23,10 +29,15 @@ OPTIONS = Fit(
     rig=NO_RIG,
     model_std=EXACT_TABLE,
 )
-START = Parameters(
-    *(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), np.array(RELAXATION_TIMES_S)),
-    *(0.0, 0.0, 0.0, np.zeros(2), np.zeros(3)),
-)
+
+
+def parameters(E=1e4, nu=0.2, force_law=0.0, motion_law=0.0):
+    """Unknowns of a capture that neither relaxes nor errs."""
+    unknowns = [np.log(E), nu, force_law, motion_law, *np.zeros(SHARED - 4 + 2 + OWN)]
+    return Parameters(np.array(unknowns), np.array(RELAXATION_TIMES_S))
+
+
+START = parameters()
 UNBONDED = floor(1e-3, height_m=-0.05, contact="resting")
 BONDED = replace(UNBONDED, contact="bonded")
 MOVING_SUPPORT = Fit(sinking_std_m=1e-4, rocking_std_rad=1e-3)
@@ -160,15 +171,12 @@ def indentation_of(
     )
 
 
-def displacement_of(cell_m, normal, moved_m, rest, *, std_m=1e-4, rest_std_m=4e-5):
+def displacement_of(cell_m, normal, moved_m, *, std_m=1e-4, rest_std_m=4e-5):
     """Displacement along the normals of samples that are seen in all frames."""
     return SurfaceMotion(
         cell_m=cell_m,
         normal=normal,
         moved_m=moved_m,
         std_m=np.full(moved_m.shape, std_m),
-        rest_height_m=np.zeros(len(cell_m)),
         rest_std_m=np.full(len(cell_m), rest_std_m),
-        points=np.full(moved_m.shape, 9),
-        rest_frames=np.arange(rest),
     )

@@ -9,19 +9,18 @@ from made_up_indentation import (
     OPTIONS,
     RADIUS_M,
     RELAXATION_TIMES_S,
-    START,
     UNBONDED,
     indentation_of,
     made_up_table,
+    parameters,
     support_axes,
 )
 from palpate.estimate.direct import quantities
 from palpate.estimate.direct.budget import budget_of
 from palpate.estimate.direct.deviations import Scales, with_depth_errors
-from palpate.estimate.direct.fit import Solution, blocks_of, held_at
-from palpate.estimate.direct.indentation import DirectIndentation, linearised
-from palpate.estimate.direct.options import Fit, ModelStd, Rig
-from palpate.estimate.direct.rig import UNSTATED, ProbeUncertainty
+from palpate.estimate.direct.fit import Solution, held_at
+from palpate.estimate.direct.indentation import OWN, DirectIndentation
+from palpate.estimate.direct.options import UNSTATED, Fit, ModelStd, ProbeUncertainty, Rig
 from palpate.report.source_words import SOURCES
 from scipy.integrate import quad
 from scipy.stats import chi2, halfnorm, t
@@ -66,7 +65,7 @@ CAPTURE = replace(
     clock_std_s=TINY,
     table=replace(made_up_table(SIDE_M), softer=NO_SLIDING),
 )
-TRUTH = replace(START, youngs_modulus_pa=E, poisson_ratio=NU)
+TRUTH = parameters(E, NU)
 FORCE_N, TIME_S = CAPTURE.force_n[CAPTURE.frames], CAPTURE.time_s[CAPTURE.frames]
 SPEED_M_S = CAPTURE.speed_m_s
 LOAD = FORCE_N / FORCE_N.max()
@@ -276,14 +275,13 @@ def with_term(field, std):
 def estimate(options, *captures, known=UNSTATED):
     """What the estimate says of captures at the truth, without a fit."""
     captures = tuple(with_depth_errors(one, TRUTH, options, likeliest=False) for one in captures)
-    scales = (Scales(),) * len(captures)
-    lines = [linearised(one, TRUTH) for one in captures]
-    blocks = tuple(map(blocks_of, captures, lines, scales))
-    best = Solution((TRUTH,) * len(captures), 0.0, scales, blocks, captures, options, True)
-    best = replace(best, cost=held_at(best, TRUTH.poisson_ratio).cost)
+    shared, own = np.split(TRUTH.vector, [-OWN])
+    vector, scales = np.r_[shared, np.tile(own, len(captures))], (Scales(),) * len(captures)
+    best = Solution(captures, options, vector, scales)
     moduli = quantities.quantities_of(best, radius_m=RADIUS_M)
     budget = budget_of(best, moduli, known, radius_m=RADIUS_M)
-    profile = quantities.Profile.of(best, moduli, budget)
+    # Of captures that are apart the truth is not where the cost is least.
+    profile = quantities.Profile.of(held_at(best, NU), moduli, budget)
     return budget, quantities.intervals(best, moduli, budget, profile)
 
 

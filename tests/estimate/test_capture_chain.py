@@ -8,9 +8,8 @@ from made_up_indentation import displacement_of
 from palpate.estimate.direct.contact import FORCE_DEVIATIONS
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.motion import observed_motion, rest_frames
-from palpate.estimate.direct.options import Fit, Observation
+from palpate.estimate.direct.options import Fit, Observation, ProbeUncertainty
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
-from palpate.estimate.direct.rig import ProbeUncertainty
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.capture import align_first
 from palpate.surface.options import Aligning
@@ -57,7 +56,7 @@ CELL_M, NORMAL = samples()
 def motion(synthetic):
     """The true one."""
     moved = sunk_m(CELL_M, DEPTH_M, synthetic.radius_m) * (NORMAL @ UP)
-    return displacement_of(CELL_M, NORMAL, moved, FIRST, std_m=3e-5)
+    return displacement_of(CELL_M, NORMAL, moved, std_m=3e-5)
 
 
 @pytest.fixture(scope="module")
@@ -187,7 +186,8 @@ def test_depths_forces_and_displacements_are_those_of_the_capture(plain, synthet
     assert [plain.clock_expected_s, plain.clock_std_s] == [CLOCK_S, 0.02]
     assert plain.offset_std_m == pytest.approx(np.hypot(TIP_STD_M, options.offset_std_m))
     assert plain.place_std_m == pytest.approx(np.sqrt(0.75) * options.place_std_m)
-    assert plain.tip_root_m == pytest.approx(0.5 * options.place_std_m * np.eye(3))
+    covariance = (0.5 * options.place_std_m) ** 2 * np.eye(3)
+    assert plain.tip_root_m @ plain.tip_root_m.T == pytest.approx(covariance, abs=1e-12)
     assert plain.tip_std_m == TIP_STD_M
 
 
@@ -276,6 +276,6 @@ def test_a_tips_covariance_turns_with_the_probe(synthetic, direct, plain):
     inwards = turn.T @ synthetic.camera_from_object[:3, :3] @ -UP
     along = 1e-6 * np.outer(inwards, inwards) + 1e-16 * np.eye(3)
     found = direct(uncertainty=ProbeUncertainty(tip_covariance_m2=along))
-    moves = found.tip_axes @ found.tip_root_m
+    moves = found.tip_root_m
     assert np.linalg.norm(moves, axis=1) == pytest.approx([1e-3, 0, 0], abs=1e-6)
     assert found.zero_std_m == pytest.approx(np.hypot(plain.offset_std_m, 1e-3), rel=1e-4)

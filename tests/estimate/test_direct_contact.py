@@ -1,5 +1,7 @@
 """Where a sphere touches a surface, which frames are compared, and a capture on a ball."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -8,9 +10,7 @@ from made_up_indentation import displacement_of
 from palpate.estimate.direct.contact import (
     Contact,
     depth_along,
-    least_force,
     object_from_table,
-    oblique,
     unloaded,
 )
 from palpate.estimate.direct.indentation import SupportAxes
@@ -119,21 +119,13 @@ def test_noise_is_that_of_frames_without_load(rate_hz, above_m):
     force = 2e3 * np.maximum(depth, 0) ** 1.5
     force += 0.002 * np.random.default_rng(rate_hz).normal(size=len(time))
     options = Fit()
-    least = least_force(force, unloaded(depth, force), options)
+    least = Contact.of(depth, force, options).least_n
     assert least == pytest.approx(options.least_force_share * force.max(), rel=0.25)
 
 
 def test_a_tip_that_never_rests_has_its_first_frames():
     depth, force = np.linspace(-0.002, 0.006, 20), np.linspace(-0.1, 2, 20)
     assert list(unloaded(depth, force)) == [0, 1, 2]
-
-
-@pytest.mark.parametrize("degrees", [0.0, 20.0, 90.0])
-def test_a_path_oblique_to_the_indentation(degrees):
-    path = np.array([np.sin(np.deg2rad(degrees)), 0, -np.cos(np.deg2rad(degrees))])
-    start = np.array([0.01, 0, 0.03])
-    found = oblique(start, start + 0.02 * path, DOWN)
-    assert np.rad2deg(found) == pytest.approx(degrees, abs=1e-6)
 
 
 @pytest.mark.parametrize("off_m", [0.0, 0.006])
@@ -241,14 +233,21 @@ def test_beside_the_point_of_a_ball_the_indentation_is_along_its_normal_there():
         clock_std_s=0.01,
         turns=np.tile(np.eye(3), (frames, 1, 1)),
     )
-    motion = displacement_of(cell, cell / BALL_M, np.zeros((frames, len(cell))), 6)
+    motion = displacement_of(cell, cell / BALL_M, np.zeros((frames, len(cell))))
     alignment = Alignment(np.eye(4), BALL_M * towards, 6, None)
     support, table = floor(1e-3, height_m=-BALL_M), table_of(mesh, BALL_M * UP)
-    found = direct_indentation(record, motion, alignment, smooth(mesh), table, support, Fit())
+
+    def indentation(record):
+        return direct_indentation(record, motion, alignment, smooth(mesh), table, support, Fit())
+
+    found = indentation(record)
     assert found.frames.tolist() == list(range(6, 12))
     assert found.depth_m == pytest.approx(depth[6:], abs=3e-5)
     assert found.force_n[6:] == pytest.approx(force[6:], rel=1e-3)
     assert np.rad2deg(found.oblique_rad) < 1
+    aside = np.outer(np.tan(np.deg2rad(20)) * depth, [0, 1, 0])
+    oblique = indentation(replace(record, tips_m=record.tips_m + aside)).oblique_rad
+    assert np.rad2deg(oblique) == pytest.approx(20, abs=2)
     assert found.place_expected_m == pytest.approx([0, 0], abs=1e-4)
     # The table's samples are turned back with their normals.
     back = found.cell_m @ Rotation.from_rotvec([0, angle, 0]).as_matrix()

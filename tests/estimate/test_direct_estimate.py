@@ -16,7 +16,7 @@ from made_up_indentation import (
 )
 from palpate import direct
 from palpate.estimate.direct.estimate import estimate_direct
-from palpate.estimate.direct.indentation import NU, SHARED, Parameters
+from palpate.estimate.direct.indentation import NU, SHARED
 from palpate.estimate.direct.quantities import NAMES, Profile, quantities_of
 from palpate.estimate.direct.result import regions_of
 from palpate.estimate.relaxation import relaxed_share
@@ -67,9 +67,7 @@ def test_moduli_and_their_slopes(found):
     best, options = found.solution, OPTIONS.changed(effective_depth_m=0.004)
 
     def at(vector):
-        parameters = Parameters.of(vector, best.parameters[0].times_s)
-        moved = replace(best, parameters=(parameters,), options=options)
-        return quantities_of(moved, radius_m=RADIUS_M)
+        return quantities_of(replace(best, vector=vector, options=options), radius_m=RADIUS_M)
 
     here, p = at(best.vector), best.parameters[0]
     for k in range(SHARED + len(RELAXATION_TIMES_S)):

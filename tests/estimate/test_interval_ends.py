@@ -15,7 +15,8 @@ from palpate.estimate.direct.quantities import (
     over_star_by_nu,
 )
 
-E_STAR, NORMAL = 30e3, 1.959964
+# A little within the normal quantile, so that an interval of it has its ends.
+E_STAR, NORMAL = 30e3, 1.9599639
 
 
 def intervals_of(nu, stds, *, options=None, frames=50, correlation=0.0, table_std=0.0):

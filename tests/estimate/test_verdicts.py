@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up_indentation import OPTIONS, RADIUS_M, START, indentation_of
+from made_up_indentation import OPTIONS, RADIUS_M, indentation_of, parameters
 from palpate.estimate.direct.budget import budget_of
 from palpate.estimate.direct.deviations import Scales
 from palpate.estimate.direct.estimate import estimate_direct
-from palpate.estimate.direct.fit import Solution, blocks_of
-from palpate.estimate.direct.indentation import FORCE_LAW, MOTION_LAW, NU, linearised
+from palpate.estimate.direct.fit import Solution
+from palpate.estimate.direct.indentation import FORCE_LAW, MOTION_LAW, NU
 from palpate.estimate.direct.prior import FARTHEST_LAW
 from palpate.estimate.direct.quantities import Profile, intervals, quantities_of
 from palpate.estimate.direct.warnings import Estimated, exclusions, warnings_of
@@ -21,13 +21,11 @@ def exact(**changes):
 
 
 CAPTURE = exact()
-TRUTH = replace(START, youngs_modulus_pa=25e3, poisson_ratio=0.3)
+TRUTH = parameters(25e3, 0.3)
 
 
 def at_truth(capture=CAPTURE, options=OPTIONS, truth=TRUTH, **changes):
-    blocks = blocks_of(capture, linearised(capture, truth), Scales())
-    found = Solution((truth,), 0.0, (Scales(),), (blocks,), (capture,), options, True)
-    return replace(found, **changes)
+    return Solution((capture,), options, truth.vector, (Scales(),), **changes)
 
 
 def verdicts(best):
@@ -116,7 +114,7 @@ def test_a_material_law_parameter_far_from_its_prior(law, side, deviations, warn
     of_all = np.ones(4)
     of_all[MOTION_LAW if law == "motion_law" else FORCE_LAW] = 0.1 / deviations
     laws = (side * 0.1 * (law == "force_law"), side * 0.1 * (law == "motion_law"))
-    best = at_truth(exact(laws=laws), truth=replace(TRUTH, **{law: side * 0.1}))
+    best = at_truth(exact(laws=laws), truth=parameters(25e3, 0.3, **{law: side * 0.1}))
     # As if captures determined it so well.
     vars(best)["covariance"] = np.diag(of_all**2)
     assert len(warnings(best)) == warned
@@ -125,7 +123,7 @@ def test_a_material_law_parameter_far_from_its_prior(law, side, deviations, warn
 @pytest.mark.parametrize(("off", "warned"), [(5e-7, True), (2e-6, False)])
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_material_law_parameter_at_its_bound(side, off, warned):
-    best = at_truth(truth=replace(TRUTH, force_law=side * (FARTHEST_LAW - off)))
+    best = at_truth(truth=parameters(25e3, 0.3, side * (FARTHEST_LAW - off)))
     # Wide enough for it not to be far from its prior.
     vars(best)["covariance"] = np.eye(4)
     assert len(warnings(best)) == warned

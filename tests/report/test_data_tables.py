@@ -33,10 +33,7 @@ def motion():
         normal=np.tile([0.0, 0, 1], (SAMPLES, 1)),
         moved_m=moved,
         std_m=np.where(np.isfinite(moved), 1e-4, np.nan),
-        rest_height_m=np.zeros(SAMPLES),
         rest_std_m=np.full(SAMPLES, 5e-5),
-        points=np.ones((FRAMES, SAMPLES), int),
-        rest_frames=np.array([0, 1]),
     )
 
 

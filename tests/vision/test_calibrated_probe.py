@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from palpate.config.probe import as_stated, asked
-from palpate.estimate.direct.rig import ProbeUncertainty
+from palpate.estimate.direct.options import ProbeUncertainty
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.probe import marker_from_tip
 from scipy.spatial.transform import Rotation

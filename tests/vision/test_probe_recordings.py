@@ -18,7 +18,7 @@ from palpate.capture.tables import (
     write_frames,
 )
 from palpate.config.probe import asked
-from palpate.estimate.direct.rig import ProbeUncertainty
+from palpate.estimate.direct.options import ProbeUncertainty
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.force import wrenches
 from scipy.spatial.transform import Rotation

@@ -6,9 +6,8 @@ import numpy as np
 
 from palpate.estimate.direct.estimate import DirectEstimate, estimate_direct
 from palpate.estimate.direct.indentation import DirectIndentation
-from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.options import Fit, ProbeUncertainty
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
-from palpate.estimate.direct.rig import ProbeUncertainty
 from palpate.measurement import Measurement
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.indentation_table import IndentationModel

@@ -3,9 +3,8 @@
 import pandas as pd
 from palpate.capture.files import whole_file, write_json
 from palpate.estimate.direct.estimate import estimate_direct
-from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.options import Fit, ProbeUncertainty
 from palpate.estimate.direct.result import save_fitted
-from palpate.estimate.direct.rig import ProbeUncertainty
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.workflow.estimate_inputs import read_indentations
 from palpate.workflow.job import naming, run
@@ -24,8 +23,8 @@ def main(snakemake):
         with whole_file(snakemake.output.budget) as part:
             pd.DataFrame(found.budget.rows()).to_csv(part, index=False)
     if "fitted" in snakemake.output.keys():
-        with whole_file(snakemake.output.fitted) as part:
-            save_fitted(part, dict(zip(params.captures, found.captures(), strict=True)))
+        fitted = dict(zip(params.captures, found.captures(), strict=True))
+        save_fitted(snakemake.output.fitted, fitted)
 
 
 run(main, snakemake)

@@ -1,8 +1,7 @@
 """Hertz fit of one capture."""
 
 from palpate.capture.files import write_json
-from palpate.estimate.direct.options import Rig
-from palpate.estimate.direct.rig import ProbeUncertainty
+from palpate.estimate.direct.options import ProbeUncertainty, Rig
 from palpate.estimate.hertz.models import estimate_hertz
 from palpate.estimate.hertz.options import Hertz
 from palpate.json_fields import numbers_of, read_fields

@@ -3,7 +3,6 @@
 import logging
 
 import numpy as np
-from palpate.capture.files import whole_file
 from palpate.estimate.direct.motion import observed_motion, rest_frames, save_motion
 from palpate.estimate.direct.options import Observation
 from palpate.surface.alignment import load_alignment
@@ -39,8 +38,7 @@ def main(snakemake):
             radius_m=radius,
         )
     logging.info("%d samples, %d frames at rest", motion.moved_m.shape[1], len(rest))
-    with whole_file(snakemake.output.motion) as part:
-        save_motion(part, motion)
+    save_motion(snakemake.output.motion, motion)
 
 
 run(main, snakemake)

@@ -270,7 +270,7 @@ def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> 
     yield f"  95 % intervals; largest source of effective E*'s: {largest}"
     where = f"{at:.1f} mm deep and after 1 s"
     yield f"  to compare objects: effective E*, {where}; to compute with: E and nu"
-    for which, law in described_law(found)["law"].items():
+    for which, law in described_law(found.solution, found.quantities)["law"].items():
         text = f"{law['value']:+.2f} +- {law['std']:.2f}"
         yield f"  law of the {which}: {text} (0: neo-Hooke's, 1: Blatz and Ko's)"
     if options.fast:

@@ -100,10 +100,15 @@ def estimate_curve(
     if depth > deepest:
         expected = f"expected at least the curve's {1e3 * depth:.2f} mm"
         raise ValueError(f"deepest_m: {expected}, found a table of {1e3 * deepest:.2f} mm")
+    # What a curve does not determine; its fit has a zero, and what is indented is as flat as known.
+    nothing = dict.fromkeys(("force_zero_std_n", "force_drift_std_n", "curvature_std_per_m"), 0.0)
+    of = {"force_n": float(np.ptp(hertz.fitted_n)), "radius_m": hertz.setup.radius_m}
+    rig_std = options.rig.changed(**nothing).modulus_std(**of, depth_m=depth)
+    stds = [options.model_std.log_youngs_modulus, options.model_std.sphere_friction]
     why = "the material has another law, or depths and forces contradict each other"
     line = f"material-law parameter of the force {law:+.2f}, an end of its range: {why}"
     return CurveEstimate(
-        moduli=fit.moduli(best.x, covariance, _rig_std(hertz, depth, options)),
+        moduli=fit.moduli(best.x, covariance, float(np.linalg.norm([rig_std, *stds]))),
         force_law=law,
         force_law_std=float(np.sqrt(covariance[LAW, LAW])),
         contact_m=float(hertz.depth_m.max()) - depth,
@@ -176,12 +181,3 @@ class _Fit:
         zero = self.options.rig.force_zero_std_n / self.peak_n
         known += [] if self.hertz.baseline else [x[BASELINE] / max(zero, HELD)]
         return np.r_[self.residual(x) / std_n, known]
-
-
-def _rig_std(hertz: HertzFit, depth_m: float, options: Fit) -> float:
-    """Deviation of log E by the rig and the table, which a curve does not determine."""
-    rig, radius = options.rig, hertz.setup.radius_m
-    bent = rig.compliance_std_m_n * float(np.ptp(hertz.fitted_n))
-    parts = (rig.force_scale_std, rig.radius_std_m / radius / 2, 1.5 * bent / depth_m)
-    stds = options.model_std
-    return float(np.linalg.norm([*parts, stds.log_youngs_modulus, stds.sphere_friction]))

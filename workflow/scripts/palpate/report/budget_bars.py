@@ -6,7 +6,7 @@ from html import escape
 
 import numpy as np
 
-from palpate.estimate.direct.rig import CONFIGURED, OBSERVED
+from palpate.estimate.direct.options import CONFIGURED, OBSERVED
 from palpate.report.source_words import SOURCES
 from palpate.units import readable
 

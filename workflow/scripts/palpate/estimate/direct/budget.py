@@ -4,28 +4,28 @@ Standard uncertainties are those of the priors and of the noise that the residua
 to the moduli through the linearised least squares, and add up in squares (JCGM 100:2008, Eq. 10).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.fit import Part, Solution
-from palpate.estimate.direct.indentation import OWN, linearised, residuals
-from palpate.estimate.direct.prior import UNMOVED, Prior
+from palpate.estimate.direct.indentation import OWN, DirectIndentation, linearised, residuals
+from palpate.estimate.direct.options import (
+    CONFIGURED,
+    OBSERVED,
+    UNSTATED,
+    ProbeUncertainty,
+    Rig,
+)
+from palpate.estimate.direct.prior import UNMOVED
 from palpate.estimate.direct.quantities import (
     LOG_MODULI,
     NAMES,
     POISSON,
     Quantities,
     over_star_by_nu,
-)
-from palpate.estimate.direct.rig import (
-    CONFIGURED,
-    OBSERVED,
-    UNSTATED,
-    ProbeUncertainty,
-    RigError,
-    rig_errors,
 )
 from palpate.modulus import LABELS
 
@@ -38,6 +38,7 @@ COLUMNS = [
     f"log_{name.removesuffix('_pa')}" if log else name
     for name, log in zip(NAMES, LOG_MODULI, strict=True)
 ]
+Change = Callable[[DirectIndentation, float], DirectIndentation]
 # Priors of what each capture has for itself.
 OWN_SOURCES = ("zero of the depth", "clocks", "zero of the motion", "place of the contact")
 
@@ -121,10 +122,16 @@ def budget_of(
         Of the sphere.
     """
     onto = quantities.slopes @ best.covariance
-    sources = [*_of_priors(onto, best.prior), *_of_noise(onto, best)]
+    # Those that are unknowns of the fit: their priors, through the data.
+    sources = [
+        Source(name, std, unit, np.linalg.norm(onto @ response.T, axis=1))
+        for name, unit, std, response in best.prior.errors
+        if std > 2 * UNMOVED
+    ]
+    sources += _of_noise(onto, best)
     own = [s for s in sources if s.name in OWN_SOURCES or s.name.startswith("noise")]
     sources += _of_captures(onto, best, sum(source.contributions**2 for source in own))
-    sources += _of_rig(onto, best, rig_errors(best.options.rig, known, radius_m=radius_m))
+    sources += _of_rig(onto, best, known.rig(best.options.rig), radius_m)
     sources += _of_table(best, quantities)
     there = [
         replace(one, origin=known.origins.get(one.name, one.origin))
@@ -134,35 +141,49 @@ def budget_of(
     return Budget(tuple(sorted(there, key=lambda source: -source.contributions[0])))
 
 
-def _of_priors(onto: NDArray, prior: Prior) -> list[Source]:
-    """Sources that are unknowns of the fit: their priors, through the data."""
-    return [
-        Source(one.name, one.std, one.unit, np.linalg.norm(onto @ one.response.T, axis=1))
-        for one in prior.errors
-        if one.std > 2 * UNMOVED
+def _of_rig(onto: NDArray, best: Solution, rig: Rig, radius_m: float) -> list[Source]:
+    """Sources that are no unknowns: what the fit makes of a capture that each has changed.
+
+    In Hertz's contact the force at a depth goes with the root of the effective radius R, whose
+    inverse is the sum of the sphere's and the surface's curvatures: -R/2 for a curvature.
+    """
+
+    def force(change: Callable[[DirectIndentation], NDArray | float]) -> Change:
+        return lambda one, error: replace(one, force_n=one.force_n + error * change(one))
+
+    def scaled(by: float) -> Change:
+        return force(lambda one: by * one.force_n)
+
+    def compliant(one: DirectIndentation, error: float) -> DirectIndentation:
+        """The probe's target goes down farther than its tip."""
+        return replace(one, depth_m=one.depth_m - error * one.force_n[one.frames])
+
+    # By so much from the beginning of the record to its end.
+    drifting = force(lambda one: (one.time_s - one.time_s[0]) / np.ptp(one.time_s))
+    # Source, deviation, its unit, what an error makes of a capture, and whether all have the same.
+    errors = [
+        ("scale of the force", rig.force_scale_std, "1", scaled(1.0), True),
+        ("zero of the force", rig.force_zero_std_n, "N", force(lambda _: 1.0), False),
+        ("drift of the force", rig.force_drift_std_n, "N", drifting, False),
+        ("radius of the sphere", rig.radius_std_m, "m", scaled(-1 / (2 * radius_m)), True),
+        ("curvature of the template", rig.curvature_std_per_m, "1/m", scaled(radius_m / 2), True),
+        ("compliance of the probe", rig.compliance_std_m_n, "m/N", compliant, True),
     ]
-
-
-def _of_rig(onto: NDArray, best: Solution, errors: tuple[RigError, ...]) -> list[Source]:
-    """Sources that are no unknowns: what the fit makes of a capture that each has changed."""
-    errors = [error for error in errors if error.std]
-    moved = []
+    moved = np.zeros((len(errors), len(best.indentations), len(onto)))
     each = zip(best.indentations, best.parameters, best.scales, best.places, strict=True)
-    for one, p, scale, at in each:
+    for k, (one, p, scale, at) in enumerate(each):
         line = linearised(one, p)
         motion_rows = (line.motion_slope * scale.weights(line.motion)[:, None]).T
-        moved.append([])
-        for error in errors:
-            other = residuals(error.changed(one, error.std), p)
+        for by_capture, (_, std, _, changed, _) in zip(moved, errors, strict=True):
+            other = residuals(changed(one, std), p)
             change = line.depth_slope.T @ (other.depth - line.depth)
             change += motion_rows @ (other.motion - line.motion)
-            moved[-1].append(-onto[:, at] @ change)
-    found = []
-    for error, by_capture in zip(errors, np.array(moved).swapaxes(0, 1), strict=True):
-        alone = np.sqrt((by_capture**2).sum(axis=0))
-        parts = np.abs(by_capture.sum(axis=0)) if error.common else alone
-        found.append(Source(error.source, error.std, error.unit, parts))
-    return found
+            by_capture[k] = -onto[:, at] @ change
+    alone, together = np.sqrt((moved**2).sum(axis=1)), np.abs(moved.sum(axis=1))
+    return [
+        Source(name, std, unit, (together if common else alone)[k])
+        for k, (name, std, unit, _, common) in enumerate(errors)
+    ]
 
 
 def _of_noise(onto: NDArray, best: Solution) -> list[Source]:

@@ -8,11 +8,10 @@ from scipy.spatial.transform import Rotation
 
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.table import axes_across
-from palpate.estimate.hertz.indentation import FEWEST_AT_REST, force_onset, hold_end
+from palpate.estimate.hertz.indentation import FEWEST_AT_REST, force_onset, hold_end, noise_of
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.pose import to_camera
-from palpate.units import FROM_MEDIAN
 
 # Of the force at rest, that the force of a frame must exceed.
 FORCE_DEVIATIONS = 6
@@ -67,7 +66,9 @@ class Contact:
         ValueError
             If there is no force, or there is one from the first frame.
         """
-        least = least_force(force_n, unloaded(depth_m, force_n), options)
+        # Above the noise, and enough of the peak.
+        noise_n = noise_of(force_n[unloaded(depth_m, force_n)])
+        least = max(FORCE_DEVIATIONS * noise_n, options.least_force_share * force_n.max())
         return cls(depth_m, force_n, least, force_onset(force_n, onset_force_n=least))
 
     @property
@@ -154,12 +155,6 @@ class Contact:
         return self.onset + np.flatnonzero(self.force_n[self.onset : end] > self.least_n)
 
 
-def oblique(start_m: NDArray, end_m: NDArray, direction: NDArray) -> float:
-    """Angle between a tip's way (3,) and the indentation [rad]."""
-    along = float((end_m - start_m) @ direction)
-    return float(np.arctan2(np.linalg.norm(np.cross(end_m - start_m, direction)), along))
-
-
 def unloaded(depth_m: NDArray, force_n: NDArray) -> NDArray:
     """Frames that are known to be unloaded, (k,): before the peak, the tip clear of the object.
 
@@ -176,26 +171,6 @@ def unloaded(depth_m: NDArray, force_n: NDArray) -> NDArray:
     moved = depth_m > depth_m[:FEWEST_AT_REST].max() + MOVED * np.ptp(depth_m)
     still = int(np.argmax(moved)) if moved.any() else 0
     return np.arange(max(still, FEWEST_AT_REST))
-
-
-def least_force(force_n: NDArray, rest: NDArray, options: Fit) -> float:
-    """Force from which on frames are compared: above the noise, and enough of the peak [N].
-
-    Parameters
-    ----------
-    force_n : (f,) array
-        Of all frames [N].
-    rest : (k,) int array
-        Frames that are known to be unloaded.
-    options : Fit
-    """
-    of_peak = options.least_force_share * force_n.max()
-    return max(FORCE_DEVIATIONS * noise_of(force_n[rest]), of_peak)
-
-
-def noise_of(resting: NDArray) -> float:
-    """Deviation of forces (k,) at rest about their median, of their unit."""
-    return FROM_MEDIAN * float(np.median(np.abs(resting - np.median(resting))))
 
 
 def depth_along(

@@ -53,8 +53,9 @@ class Scales:
     sharing: float = 1.0
 
     def weights(self, gaps: NDArray) -> NDArray:
-        """What squares of residuals are multiplied by, (n,)."""
-        return robust_weights(gaps, self.motion) / (self.motion**2 * self.sharing)
+        """What squares of residuals are multiplied by, (n,): beyond `ROBUST` absolute values."""
+        soft = 1 / np.sqrt(1 + (gaps / (ROBUST * self.motion)) ** 2)
+        return soft / (self.motion**2 * self.sharing)
 
 
 def scales_of(indentation: DirectIndentation, line: Linearised) -> Scales:
@@ -109,7 +110,7 @@ def with_pattern(indentation: DirectIndentation, of: Parameters, options: Fit) -
     size = np.abs(indentation.moved_m[seen] - gaps)
     parts = np.column_stack([indentation.noise_std_m[seen] ** 2, size])
     std, left = np.full((2, *seen.shape), np.nan)
-    std[seen], left[seen] = np.sqrt(parts @ variance_parts(gaps, parts)), gaps
+    std[seen], left[seen] = np.sqrt(parts @ _variance_parts(gaps, parts)), gaps
     there = seen.any(axis=0)
     mean = np.nanmean((left / std)[:, there], axis=0)
     # Patches at least as large as residuals err together: twice their correlation's length.
@@ -188,22 +189,12 @@ def _depths_beforehand(
     return beforehand, slope @ (scale[:, None] * root)
 
 
-def variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:
-    """Shares of parts of a variance that gaps with wide tails are most likely to have.
+def _variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:
+    """Shares (p,) of parts (n, p) of a variance that gaps (n,) with wide tails most likely have.
 
     Student's t (Lange, Little and Taylor 1989) by Fisher's scoring, with as many steps whatever the
-    gaps are: shares that depended on the gaps' order would differ where only the last bit does.
-
-    Parameters
-    ----------
-    gaps : (n,) array
-    parts : (n, p) array
-        Of the gaps' unit, squared; the first above 0.
-
-    Returns
-    -------
-    (p,) array
-        At least 0; the first at least `LEAST_NOISE`.
+    gaps are: shares that depended on the gaps' order would differ where only the last bit does. At
+    least 0, and the first `LEAST_NOISE`.
     """
     unit = parts.mean(axis=0) + 1e-300
     table, square = parts / unit, gaps**2
@@ -258,8 +249,3 @@ def correlation_length(places_m: NDArray, noise: NDArray) -> float:
     lengths = np.linspace(LAG_M / 4, LAG_M * LAGS, 200)
     model = np.exp(-((distance / lengths[:, None]) ** 2))
     return float(lengths[np.argmin(((model - correlation) ** 2).sum(axis=1))])
-
-
-def robust_weights(gaps: NDArray, scale: NDArray | float) -> NDArray:
-    """Weights of squares that make them soft absolute values beyond `ROBUST` deviations."""
-    return 1 / np.sqrt(1 + (gaps / (ROBUST * scale)) ** 2)

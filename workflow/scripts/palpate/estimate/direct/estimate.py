@@ -1,7 +1,7 @@
 """E and nu straight from clouds and forces, whatever the law."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,20 +10,27 @@ from numpy.typing import NDArray
 from palpate.estimate.direct.budget import Budget, budget_of
 from palpate.estimate.direct.fit import Solution, fit_direct
 from palpate.estimate.direct.indentation import (
-    PLACES,
-    SUPPORT_MOTIONS,
+    OWN,
+    SHARED,
     DirectIndentation,
     Parameters,
+    residuals,
 )
-from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.options import UNSTATED, Fit, ProbeUncertainty
 from palpate.estimate.direct.quantities import (
+    NAMES,
     Profile,
     Quantities,
     intervals,
     quantities_of,
 )
-from palpate.estimate.direct.result import CaptureFit, captures_of, described
-from palpate.estimate.direct.rig import UNSTATED, ProbeUncertainty
+from palpate.estimate.direct.result import (
+    CaptureFit,
+    described_law,
+    nuisances,
+    regions_of,
+    summed,
+)
 from palpate.estimate.direct.warnings import contradictions, warnings_of
 from palpate.modulus import Modulus, bounded_at_best
 from palpate.solid.options import greatest_ratio
@@ -80,11 +87,57 @@ class DirectEstimate:
 
     def to_dict(self) -> dict:
         """All that direct.json says of it."""
-        return described(self)
+        best, first = self.solution, self.solution.parameters[0]
+        of_captures = list(zip(best.indentations, best.parameters, best.scales, strict=True))
+        # Least deviations of log moduli and nu, and their parts of those that are stated.
+        bound = zip(
+            NAMES, self.bound.tolist(), (self.bound / self.budget.std).tolist(), strict=True
+        )
+        times_s, fractions = self.options.relaxation_times_s, first.fractions.tolist()
+        return {
+            "frames": [len(one.frames) for one in best.indentations],
+            "frames_beyond_lookup": [one.frames_beyond for one in best.indentations],
+            **{name: asdict(modulus) for name, modulus in self.moduli.items()},
+            **described_law(best, self.quantities),
+            "regions": {name: one.tolist() for name, one in regions_of(best).items()},
+            "relaxation": {"times_s": list(times_s), "fractions": fractions},
+            "gain": first.gain,
+            "nuisances": [nuisances(one, p) for one, p, _ in of_captures],
+            "residuals": [summed(one, scale) for one, _, scale in of_captures],
+            "budget": self.budget.rows(),
+            "information": {name: {"bound": b, "efficiency": part} for name, b, part in bound},
+            "converged": best.converged,
+            "doubts": self.warnings,
+        }
 
     def captures(self) -> list[CaptureFit]:
         """What each capture shows, beside what the estimate makes of it."""
-        return captures_of(self.solution)
+        found, best = [], self.solution
+        for one, p, scale in zip(best.indentations, best.parameters, best.scales, strict=True):
+            gaps = residuals(one, p)
+            measured = one.depth_m + p.offset_m + p.clock_s * one.speed_m_s
+            gap, moved, std = np.full((3, *one.moved_m.shape), np.nan)
+            gap[one.seen] = gaps.motion * one.moved_std_m[one.seen]
+            moved[one.seen] = one.moved_m[one.seen]
+            std[one.seen] = one.moved_std_m[one.seen] * scale.motion
+            found.append(
+                CaptureFit(
+                    time_s=one.time_s,
+                    tip_depth_m=one.tip_depth_m + p.offset_m + p.clock_s * one.tip_speed_m_s,
+                    frames=one.frames,
+                    force_n=one.force_n[one.frames],
+                    depth_m=measured,
+                    fitted_depth_m=measured + one.depth_root_m @ gaps.depth,
+                    depth_expected_std_m=one.depth_std_m,
+                    moved_m=moved,
+                    fitted_moved_m=moved - gap,
+                    moved_expected_std_m=std,
+                    cell_m=one.cell_m,
+                    contact_m=one.contact_m,
+                    distance_m=np.linalg.norm(one.cell_m - one.contact_m, axis=1),
+                )
+            )
+        return found
 
     def plot(self, axes: "Axes") -> None:
         """Draw force over indentation of each capture, seen and fitted, into axes of Matplotlib."""
@@ -163,5 +216,5 @@ def _start(indentation: DirectIndentation, nu: float, options: Fit) -> Parameter
     force = indentation.force_n[indentation.frames]
     E = max(float((force @ unit) / max(float(unit @ unit), 1e-300)), 1.0)
     times_s = np.array(options.relaxation_times_s, dtype=float)
-    own = (0.0, 0.0, 0.0, np.zeros(PLACES), np.zeros(SUPPORT_MOTIONS))
-    return Parameters(E, nu, 0.0, 0.0, 0.0, np.full(len(times_s), 0.02), times_s, *own)
+    shares = np.full(len(times_s), 0.02)
+    return Parameters(np.r_[np.log(E), nu, np.zeros(SHARED - 2), shares, np.zeros(OWN)], times_s)

@@ -27,7 +27,7 @@ from palpate.estimate.direct.indentation import (
     residuals,
 )
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.prior import Prior, parameter_bounds, prior_of, scaled_inverse
+from palpate.estimate.direct.prior import FARTHEST_LAW, Prior, prior_of, scaled_inverse
 
 ITERATIONS = 40
 ROUNDS = 3
@@ -51,7 +51,7 @@ class Blocks(NamedTuple):
     depth: Part
 
 
-def blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) -> Blocks:
+def _blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) -> Blocks:
     """Sum a capture's weighted residuals and slopes by patch, and by frame of the depth."""
     gaps, slope = line.motion, line.motion_slope
     weight = scale.weights(gaps)
@@ -74,61 +74,145 @@ def blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) -
 
 
 @dataclass(frozen=True)
-class Solution:
-    """Least cost of captures.
+class _Joint:
+    """Captures with their deviations, and what unknowns of all of them cost.
 
-    Attributes
-    ----------
-    parameters : tuple of Parameters
-        Of each capture; moduli, laws, gain and fractions are the same in all.
-    cost : float
-        Twice the negative logarithm of the posterior density, but for what deviations add.
-    scales : tuple of Scales
-        Of each capture.
-    blocks : tuple of Blocks
-        At the minimum.
-    indentations : tuple of DirectIndentation
-        With the deviations that were found.
-    options : Fit
-    converged : bool
-        Whether the last steps were small.
+    A vector of unknowns holds (log E, nu, q, m, gain, fractions), and what each capture has for
+    itself.
     """
 
-    parameters: tuple[Parameters, ...]
-    cost: float
-    scales: tuple[Scales, ...]
-    blocks: tuple[Blocks, ...]
     indentations: tuple[DirectIndentation, ...]
     options: Fit
-    converged: bool
-
-    @property
-    def vector(self) -> NDArray:
-        """(log E, nu, q, m, gain, fractions, and what each capture has for itself)."""
-        return _joined(self.parameters)
-
-    @property
-    def places(self) -> list[NDArray]:
-        """Places of each capture's unknowns among all."""
-        return _places(len(self.indentations), self.options)
 
     @cached_property
     def prior(self) -> Prior:
         """What was known of the unknowns beforehand."""
         return prior_of(self.indentations, self.options)
 
-    def information(self, kinds: Sequence[str] = Blocks._fields) -> NDArray:
-        """Information on the unknowns, by the prior and kinds of residuals, (size, size)."""
-        found = self.prior.information.copy()
-        for at, block in zip(self.places, self.blocks, strict=True):
-            for kind in kinds:
-                found[np.ix_(at, at)] += getattr(block, kind).matrix.sum(axis=0)
-        return found
+    @cached_property
+    def bounds(self) -> tuple[NDArray, NDArray]:
+        """Least and greatest value of each unknown."""
+        o, terms = self.options, len(self.options.relaxation_times_s)
+        (low_E, high_E), (low_nu, high_nu) = o.youngs_modulus_bounds_pa, o.poisson_ratio_bounds
+        wide = [np.inf] * (OWN * len(self.indentations))
+        # Of q, m and gain.
+        free = [FARTHEST_LAW, np.inf, np.inf]
+        low = [np.log(low_E), low_nu, *np.negative(free), *[0.0] * terms, *np.negative(wide)]
+        high = [np.log(high_E), high_nu, *free, *[0.95 / max(terms, 1)] * terms, *wide]
+        return np.array(low), np.array(high)
+
+    @cached_property
+    def places(self) -> list[NDArray]:
+        """Places of each capture's unknowns among all."""
+        shared = SHARED + len(self.options.relaxation_times_s)
+        own = shared + OWN * np.arange(len(self.indentations))[:, None] + np.arange(OWN)
+        return [np.concatenate([np.arange(shared), mine]) for mine in own]
+
+    def split(self, vector: NDArray) -> tuple[Parameters, ...]:
+        """Parameters of each capture."""
+        times_s = np.array(self.options.relaxation_times_s, dtype=float)
+        return tuple(Parameters(vector[at], times_s) for at in self.places)
+
+    def linearised(self, vector: NDArray) -> Iterator[Linearised]:
+        return map(linearised, self.indentations, self.split(vector))
+
+    def blocks_at(self, vector: NDArray, scales: Sequence[Scales]) -> tuple[Blocks, ...]:
+        return tuple(map(_blocks_of, self.indentations, self.linearised(vector), scales))
+
+    def summed(self, blocks: Sequence[Blocks], kinds: Sequence[str] = Blocks._fields) -> Part:
+        """Normal equations by the prior's curvature and kinds of residuals: of all captures."""
+        size = len(self.prior.information)
+        matrix, slope = np.zeros((size, size)), np.zeros(size)
+        for at, block in zip(self.places, blocks, strict=True):
+            parts = [getattr(block, kind) for kind in kinds]
+            matrix[np.ix_(at, at)] += sum(part.matrix.sum(axis=0) for part in parts)
+            slope[at] += sum(part.slope.sum(axis=0) for part in parts)
+        return Part(matrix + self.prior.information, slope)
+
+    def cost_at(self, vector: NDArray, scales: Sequence[Scales]) -> float:
+        """Twice the negative logarithm of the posterior density, but for what deviations add."""
+        total = float((self.prior.gaps(vector) ** 2).sum())
+        for one, p, scale in zip(self.indentations, self.split(vector), scales, strict=True):
+            gaps = residuals(one, p)
+            soft = np.sqrt(1 + (gaps.motion / (ROBUST * scale.motion)) ** 2) - 1
+            total += float((gaps.depth**2).sum())
+            total += 2 * ROBUST**2 * float(soft.sum()) / scale.sharing
+        return total
+
+    def with_deviations(self, vector: NDArray, *, first: bool = False) -> "_Joint":
+        """The same with deviations as these unknowns leave them; at first the depths' alone."""
+        found = []
+        for one, p in zip(self.indentations, self.split(vector), strict=True):
+            seen = one if first else with_pattern(one, p, self.options)
+            found.append(with_depth_errors(seen, p, self.options, likeliest=not first))
+        return _Joint(tuple(found), self.options)
+
+    def minimise(self, vector: NDArray, scales: Sequence[Scales]) -> tuple[NDArray, bool]:
+        """Unknowns of least cost, and whether they converged: no step lowers it further."""
+        for _ in range(ITERATIONS):
+            step = self.step(vector, scales)
+            before, vector = vector, self.moved(vector, step, scales)
+            over = float((np.abs(step[: len(SMALLEST_STEP)]) / SMALLEST_STEP).max())
+            if vector is before or over < 1:
+                break
+        # Rounding ends a search a little earlier, or lets it go to and fro.
+        return vector, over < ROUNDED
+
+    def step(self, vector: NDArray, scales: Sequence[Scales]) -> NDArray:
+        """Gauss and Newton's, within bounds."""
+        matrix, slope = self.summed(self.blocks_at(vector, scales))
+        slope += self.prior.rows.T @ self.prior.gaps(vector)
+        low, high = (end - vector for end in self.bounds)
+        held = slice(len(LARGEST_STEP))
+        low[held] = np.maximum(low[held], -LARGEST_STEP)
+        high[held] = np.minimum(high[held], LARGEST_STEP)
+        return _bounded_solution(matrix, -slope, low, high)
+
+    def moved(self, vector: NDArray, step: NDArray, scales: Sequence[Scales]) -> NDArray:
+        """Take the step, halved until it does not raise the cost."""
+        before = self.cost_at(vector, scales)
+        for part in 0.5 ** np.arange(6):
+            moved = np.clip(vector + part * step, *self.bounds)
+            if self.cost_at(moved, scales) <= before + 1e-9 * abs(before):
+                return moved
+        return vector
+
+
+@dataclass(frozen=True)
+class Solution(_Joint):
+    """Least cost of captures.
+
+    Attributes
+    ----------
+    indentations : tuple of DirectIndentation
+        With the deviations that were found.
+    options : Fit
+    vector : (size,) array
+        Unknowns: (log E, nu, q, m, gain, fractions, and what each capture has for itself).
+    scales : tuple of Scales
+        Of each capture.
+    converged : bool, optional
+        Whether the last steps were small.
+    """
+
+    vector: NDArray
+    scales: tuple[Scales, ...]
+    converged: bool = True
+
+    @cached_property
+    def parameters(self) -> tuple[Parameters, ...]:
+        """Of each capture; moduli, laws, gain and fractions are the same in all."""
+        return self.split(self.vector)
+
+    @cached_property
+    def blocks(self) -> tuple[Blocks, ...]:
+        """Of each capture."""
+        return self.blocks_at(self.vector, self.scales)
 
     @cached_property
     def covariance(self) -> NDArray:
         """Of the unknowns, (size, size)."""
-        return scaled_inverse(self.information())
+        return scaled_inverse(self.summed(self.blocks).matrix)
 
     @property
     def std(self) -> NDArray:
@@ -137,9 +221,7 @@ class Solution:
 
 
 def fit_direct(
-    indentations: Sequence[DirectIndentation],
-    options: Fit,
-    *starts: Parameters,
+    indentations: Sequence[DirectIndentation], options: Fit, *starts: Parameters
 ) -> Solution:
     """Minimise over the moduli, the law and the nuisances of all captures.
 
@@ -150,20 +232,19 @@ def fit_direct(
     *starts : Parameters
         Where all captures start; with deviations as stated the one of least cost goes on.
     """
-    joint, scales = _Joint(indentations, options), (Scales(),) * len(indentations)
-    vectors = [
-        np.clip(_joined([start] * len(indentations)), joint.low, joint.high) for start in starts
-    ]
+    joint, scales = _Joint(tuple(indentations), options), (Scales(),) * len(indentations)
+    vectors = []
+    for start in starts:
+        shared, own = np.split(start.vector, [-OWN])
+        vectors.append(np.clip([*shared, *np.tile(own, len(indentations))], *joint.bounds))
     joint = joint.with_deviations(vectors[0], first=True)
     found = [joint.minimise(vector, scales)[0] for vector in vectors]
-    vector = min(found, key=lambda vector: joint.cost(vector, scales))
+    vector = min(found, key=lambda vector: joint.cost_at(vector, scales))
     for _ in range(ROUNDS):
         joint = joint.with_deviations(vector)
         scales = tuple(map(scales_of, joint.indentations, joint.linearised(vector)))
         vector, converged = joint.minimise(vector, scales)
-    found = joint.split(vector), joint.cost(vector, scales), scales
-    blocks = joint.blocks_at(vector, scales)
-    return Solution(*found, blocks, joint.indentations, options, converged)
+    return Solution(joint.indentations, options, vector, scales, converged)
 
 
 def held_at(best: Solution, nu: float) -> Solution:
@@ -174,104 +255,14 @@ def held_at(best: Solution, nu: float) -> Solution:
     best : Solution
     nu : float
         Within its bounds.
-
-    Returns
-    -------
-    Solution
     """
     joint = _Joint(best.indentations, best.options)
+    for end in joint.bounds:
+        end[NU] = nu
     by_nu = best.covariance[:, NU] / best.covariance[NU, NU]
-    joint.low[NU] = joint.high[NU] = nu
-    start = best.vector + (nu - best.vector[NU]) * by_nu
-    vector, converged = joint.minimise(np.clip(start, joint.low, joint.high), best.scales)
-    cost, blocks = joint.cost(vector, best.scales), joint.blocks_at(vector, best.scales)
-    found = {"parameters": joint.split(vector), "cost": cost, "blocks": blocks}
-    return replace(best, converged=converged, **found)
-
-
-class _Joint:
-    """Normal equations of all captures."""
-
-    def __init__(self, indentations: Sequence[DirectIndentation], options: Fit) -> None:
-        self.indentations, self.options = tuple(indentations), options
-        self.places = _places(len(indentations), options)
-        self.prior = prior_of(indentations, options)
-        self.low, self.high = parameter_bounds(len(indentations), options)
-
-    def split(self, vector: NDArray) -> tuple[Parameters, ...]:
-        """Parameters of each capture."""
-        times_s = np.array(self.options.relaxation_times_s, dtype=float)
-        return tuple(Parameters.of(vector[at], times_s) for at in self.places)
-
-    def minimise(self, vector: NDArray, scales: Sequence[Scales]) -> tuple[NDArray, bool]:
-        """Unknowns of least cost, and whether they converged: no step lowers it further."""
-        for _ in range(ITERATIONS):
-            step = self.step(vector, self.blocks_at(vector, scales))
-            before, vector = vector, self.moved(vector, step, scales)
-            over = float((np.abs(step[: len(SMALLEST_STEP)]) / SMALLEST_STEP).max())
-            if vector is before or over < 1:
-                break
-        # Rounding ends a search a little earlier, or lets it go to and fro.
-        return vector, over < ROUNDED
-
-    def with_deviations(self, vector: NDArray, *, first: bool = False) -> "_Joint":
-        """The same with deviations as these unknowns leave them; at first the depths' alone."""
-        found = []
-        for one, p in zip(self.indentations, self.split(vector), strict=True):
-            seen = one if first else with_pattern(one, p, self.options)
-            found.append(with_depth_errors(seen, p, self.options, likeliest=not first))
-        return _Joint(found, self.options)
-
-    def moved(self, vector: NDArray, step: NDArray, scales: Sequence[Scales]) -> NDArray:
-        """Take the step, halved until it does not raise the cost."""
-        before = self.cost(vector, scales)
-        for part in 0.5 ** np.arange(6):
-            moved = np.clip(vector + part * step, self.low, self.high)
-            if self.cost(moved, scales) <= before + 1e-9 * abs(before):
-                return moved
-        return vector
-
-    def linearised(self, vector: NDArray) -> Iterator[Linearised]:
-        return map(linearised, self.indentations, self.split(vector))
-
-    def blocks_at(self, vector: NDArray, scales: Sequence[Scales]) -> tuple[Blocks, ...]:
-        return tuple(map(blocks_of, self.indentations, self.linearised(vector), scales))
-
-    def step(self, vector: NDArray, blocks: Sequence[Blocks]) -> NDArray:
-        """Gauss and Newton's, within bounds."""
-        matrix = np.zeros((len(vector), len(vector)))
-        slope = np.zeros(len(vector))
-        for at, (motion, depth) in zip(self.places, blocks, strict=True):
-            matrix[np.ix_(at, at)] += motion.matrix.sum(axis=0) + depth.matrix.sum(axis=0)
-            slope[at] += motion.slope.sum(axis=0) + depth.slope.sum(axis=0)
-        matrix += self.prior.information
-        slope += self.prior.rows.T @ self.prior.gaps(vector)
-        low, high = self.low - vector, self.high - vector
-        held = slice(len(LARGEST_STEP))
-        low[held] = np.maximum(low[held], -LARGEST_STEP)
-        high[held] = np.minimum(high[held], LARGEST_STEP)
-        return _bounded_solution(matrix, -slope, low, high)
-
-    def cost(self, vector: NDArray, scales: Sequence[Scales]) -> float:
-        total = float((self.prior.gaps(vector) ** 2).sum())
-        for one, p, scale in zip(self.indentations, self.split(vector), scales, strict=True):
-            gaps = residuals(one, p)
-            soft = np.sqrt(1 + (gaps.motion / (ROBUST * scale.motion)) ** 2) - 1
-            total += float((gaps.depth**2).sum())
-            total += 2 * ROBUST**2 * float(soft.sum()) / scale.sharing
-        return total
-
-
-def _places(captures: int, options: Fit) -> list[NDArray]:
-    """Places of each capture's unknowns among all."""
-    shared = SHARED + len(options.relaxation_times_s)
-    own = shared + OWN * np.arange(captures)[:, None] + np.arange(OWN)
-    return [np.concatenate([np.arange(shared), mine]) for mine in own]
-
-
-def _joined(parameters: Sequence[Parameters]) -> NDArray:
-    own = [p.vector[-OWN:] for p in parameters]
-    return np.concatenate([parameters[0].vector[:-OWN], *own])
+    start = np.clip(best.vector + (nu - best.vector[NU]) * by_nu, *joint.bounds)
+    vector, converged = joint.minimise(start, best.scales)
+    return replace(best, vector=vector, converged=converged)
 
 
 def _bounded_solution(matrix: NDArray, right: NDArray, low: NDArray, high: NDArray) -> NDArray:

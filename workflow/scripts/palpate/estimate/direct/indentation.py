@@ -125,9 +125,8 @@ class DirectIndentation:
     table : SampleTable
         Of the indented point, brought to the contact, at the samples.
     tip_root_m : (3, 3) array, optional
-        Root of the covariance of the tip's place in the target's frame, which captures share [m].
-    tip_axes : (3, 3) array, optional
-        The indentation, and the axes across it, in that frame.
+        Of errors of the tip's place in the target's frame, which captures share: what one of a
+        deviation moves along the indentation and the axes across it [m].
     """
 
     time_s: NDArray
@@ -154,13 +153,11 @@ class DirectIndentation:
     support_axes: SupportAxes
     table: SampleTable
     tip_root_m: NDArray = field(default_factory=lambda: np.zeros((3, 3)))
-    tip_axes: NDArray = field(default_factory=lambda: np.eye(3))
 
     @property
     def zero_std_m(self) -> float:
         """Deviation of the depth's zero: of an error of its own, and of the tip's [m]."""
-        of_tip = np.linalg.norm(self.tip_axes[0] @ self.tip_root_m)
-        return float(np.hypot(self.offset_std_m, of_tip))
+        return float(np.hypot(self.offset_std_m, np.linalg.norm(self.tip_root_m[0])))
 
     @property
     def depth_std_m(self) -> NDArray:
@@ -189,60 +186,53 @@ class DirectIndentation:
         return np.isfinite(self.moved_m) & np.isfinite(self.moved_std_m)
 
 
+def _one(place: int, doc: str) -> property:
+    """An unknown by its place in a vector."""
+    return property(lambda self: float(self.vector[place]), doc=doc)
+
+
 @dataclass(frozen=True)
 class Parameters:
     """Unknowns of one capture.
 
     Attributes
     ----------
-    youngs_modulus_pa, poisson_ratio : float
-        Instantaneous modulus [Pa].
-    force_law, motion_law : float
-        Material-law parameters of force and displacement, q and m (`SampleTable`).
-    gain : float
-        Relative error of the camera's distances along the normals.
-    fractions : (p,) array
-        Relaxation amplitudes (Prony series).
+    vector : (q,) array
+        (log E, nu, q, m, gain, fractions, offset, clock, shift, place, support motion).
     times_s : (p,) array
-        Their times, which are no unknowns [s].
-    offset_m, clock_s : float
-        Errors of the depth [m] and of the clock [s].
-    shift_m : float
-        What all displacements have in common [m].
-    place_m : (2,) array
-        How far the contact is beside where it was seen, along the axes across the indentation [m].
-    support_motion : (3,) array
-        Of the object on its base under the greatest force (`SupportAxes`) [m, rad, rad].
+        Times of what relaxes, which are no unknowns [s].
     """
 
-    youngs_modulus_pa: float
-    poisson_ratio: float
-    force_law: float
-    motion_law: float
-    gain: float
-    fractions: NDArray
+    vector: NDArray
     times_s: NDArray
-    offset_m: float
-    clock_s: float
-    shift_m: float
-    place_m: NDArray
-    support_motion: NDArray
+
+    poisson_ratio = _one(NU, "Poisson's ratio.")
+    force_law = _one(FORCE_LAW, "Material-law parameter of the force, q (`SampleTable`).")
+    motion_law = _one(MOTION_LAW, "That of the displacement, m.")
+    gain = _one(GAIN, "Relative error of the camera's distances along the normals.")
+    offset_m = _one(OFFSET - OWN, "Error of the depth [m].")
+    clock_s = _one(CLOCK - OWN, "Error of the clock [s].")
+    shift_m = _one(SHIFT - OWN, "What all displacements have in common [m].")
 
     @property
-    def vector(self) -> NDArray:
-        """(log E, nu, q, m, gain, fractions, offset, clock, shift, place, support motion)."""
-        laws = [self.force_law, self.motion_law]
-        shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, *laws, self.gain]
-        own = [self.offset_m, self.clock_s, self.shift_m, *self.place_m, *self.support_motion]
-        return np.array([*shared, *self.fractions, *own])
+    def youngs_modulus_pa(self) -> float:
+        """Instantaneous modulus [Pa]."""
+        return float(np.exp(self.vector[LOG_E]))
 
-    @staticmethod
-    def of(vector: NDArray, times_s: NDArray) -> "Parameters":
-        """Read a vector as `vector` writes it, of relaxation times (p,) [s]."""
-        E, others = float(np.exp(vector[0])), map(float, vector[1:SHARED])
-        fractions, own = vector[SHARED:-OWN], vector[-OWN:]
-        errors = map(float, own[[OFFSET, CLOCK, SHIFT]])
-        return Parameters(E, *others, fractions, times_s, *errors, own[PLACE], own[SUPPORT])
+    @property
+    def fractions(self) -> NDArray:
+        """Relaxation amplitudes (Prony series), (p,)."""
+        return self.vector[SHARED:-OWN]
+
+    @property
+    def place_m(self) -> NDArray:
+        """Contact beside where it was seen, along the axes across the indentation, (2,) [m]."""
+        return self.vector[-OWN:][PLACE]
+
+    @property
+    def support_motion(self) -> NDArray:
+        """Of the object on its base under the greatest force, (3,) (`SupportAxes`)."""
+        return self.vector[-OWN:][SUPPORT]
 
 
 @dataclass(frozen=True)

@@ -15,23 +15,25 @@ from scipy.special import chdtri
 
 from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.samples import (
+    ClosestAtRest,
     ProbeInView,
     RestSurface,
     cell_heights,
     facing_samples,
-    hidden_samples,
     samples_of,
 )
 from palpate.estimate.hertz.indentation import indentation_depth
-from palpate.npz import read_shaped
+from palpate.npz import read_shaped, write_npz
 from palpate.surface.alignment import Alignment
-from palpate.surface.pose import to_camera
+from palpate.surface.pose import to_camera, to_object
 from palpate.surface.template import Template
 
 # A sample's own few frames at rest, against the deviation of all samples: worth so many frames.
 POOLED_FRAMES = 6.0
 # A sample is seen in so many frames at rest or more.
 FEWEST_AT_REST = 3
+# A sample with less than this part of its mean count of points was not seen.
+FEWEST_PART = 0.5
 # The camera must see some of the surface this near to the contact [m].
 NEAR_M = 0.04
 # At rest the tip is at least so far above the surface; depths are known to about half of it [m].
@@ -45,10 +47,7 @@ SHAPES = {
     "normal": ("samples", 3),
     "moved_m": ("frames", "samples"),
     "std_m": ("frames", "samples"),
-    "rest_height_m": ("samples",),
     "rest_std_m": ("samples",),
-    "points": ("frames", "samples"),
-    "rest_frames": ("frames at rest",),
 }
 
 
@@ -65,21 +64,15 @@ class SurfaceMotion:
         the sample was not seen.
     std_m : (f, c) array
         Standard deviation of a frame's own noise [m]; not that of the rest, which all frames share.
-    rest_height_m, rest_std_m : (c,) arrays
-        Mean distance of the frames at rest from the template, and its standard deviation [m].
-    points : (f, c) int array
-        How many a sample was seen with.
-    rest_frames : (r,) int array
+    rest_std_m : (c,) array
+        Of the mean of the frames at rest [m].
     """
 
     cell_m: NDArray
     normal: NDArray
     moved_m: NDArray
     std_m: NDArray
-    rest_height_m: NDArray
     rest_std_m: NDArray
-    points: NDArray
-    rest_frames: NDArray
 
     @property
     def noise_std_m(self) -> NDArray:
@@ -206,95 +199,64 @@ def observed_motion(
     Raises
     ------
     ValueError
-        As `surface_motion` does.
-    """
-    distance_m = np.linalg.norm(to_camera(alignment.camera_from_object, alignment.contact_point_m))
-    clear = tip_clearance(sensor, float(distance_m), options, radius_m=radius_m)
-    options = options.changed(clear_m=clear)
-    view = ProbeInView.of(alignment, *probe, views_m=views_of(sensor))
-    return surface_motion(template, alignment, clouds, view, rest, options)
-
-
-def surface_motion(
-    template: Template,
-    alignment: Alignment,
-    clouds: Sequence[tuple[NDArray, NDArray]],
-    probe: ProbeInView,
-    rest_frames: NDArray,
-    options: Observation,
-) -> SurfaceMotion:
-    """Displacement of the surface around the contact in each frame of a capture.
-
-    Parameters
-    ----------
-    template : Template
-        Undeformed, object frame.
-    alignment : Alignment
-    clouds : sequence of (points (n, 3) [m], normals (n, 3))
-        Of each frame, camera frame.
-    probe : ProbeInView
-        In each frame.
-    rest_frames : (r,) int array
-        Frames at rest (`observe.rest_frames`).
-    options : Observation
-
-    Raises
-    ------
-    ValueError
         If no frame is at rest, the camera does not see the surface around the contact, or no sample
         is left.
     """
-    frames = np.asarray(rest_frames, dtype=int)
-    if not len(frames) or len(probe.tip_m) != len(clouds):
+    pose, contact = alignment.camera_from_object, alignment.contact_point_m
+    distance_m = float(np.linalg.norm(to_camera(pose, contact)))
+    clear_m = tip_clearance(sensor, distance_m, options, radius_m=radius_m)
+    options, reach_m = options.changed(clear_m=clear_m), options.reach_m
+    surface, (tips, axes) = RestSurface(template), probe
+    places = (to_object(pose, of) for of in (views_of(sensor), tips))
+    view = ProbeInView(*places, axes @ pose[:3, :3])
+
+    def closest(cloud: tuple[NDArray, NDArray]) -> ClosestAtRest:
+        """Closest places of a frame's points within reach of the contact."""
+        points, normals = to_object(pose, cloud[0]), cloud[1] @ pose[:3, :3]
+        far = np.linalg.norm(points - contact, axis=1)
+        near = far < reach_m + options.largest_distance_m
+        found = surface.at_rest(points[near], normals[near], options)
+        return found.at(np.linalg.norm(found.cell_m - contact, axis=1) < reach_m)
+
+    if not len(rest) or len(tips) != len(clouds):
         expected = f"some at rest and one place of the probe for each of {len(clouds)}"
-        raise ValueError(f"frames: expected {expected}, found {len(frames)}, {len(probe.tip_m)}")
-    surface = RestSurface(template)
-    at_rest = {k: surface.in_frame(alignment, clouds[k], options) for k in frames[:MOST_AT_REST]}
-    contact = alignment.contact_point_m
-    if not (np.linalg.norm(at_rest[frames[0]].closest_m - contact, axis=1) < NEAR_M).any():
+        raise ValueError(f"frames: expected {expected}, found {len(rest)}, {len(tips)}")
+    at_rest = {k: closest(clouds[k]) for k in rest[:MOST_AT_REST]}
+    if not (np.linalg.norm(at_rest[rest[0]].cell_m - contact, axis=1) < NEAR_M).any():
         raise ValueError(
             f"clouds: expected the surface within {NEAR_M:g} m of the contact in view,"
             " found none of it (object larger than the view?)"
         )
     found = samples_of(list(at_rest.values()), contact, spacing_m=options.spacing_m)
-    samples = facing_samples(found, probe, options)
-    every = (
-        at_rest.pop(k, None) or surface.in_frame(alignment, cloud, options)
-        for k, cloud in enumerate(clouds)
-    )
+    samples = facing_samples(found, view, options)
+    every = (at_rest.pop(k, None) or closest(cloud) for k, cloud in enumerate(clouds))
     height, points = cell_heights(samples, every, options)
-    height[hidden_samples(samples, points, probe, frames, options)] = np.nan
-    seen = np.isfinite(height[frames]).sum(axis=0) >= FEWEST_AT_REST
+    # What the probe or its shadow hides or comes too near.
+    hidden = view.hides(samples.cell_m, options)
+    counted = np.where(hidden, np.nan, points)[rest]
+    usual = np.nansum(counted, axis=0) / np.maximum(np.isfinite(counted).sum(axis=0), 1)
+    height[hidden | (points < FEWEST_PART * usual)] = np.nan
+    seen = np.isfinite(height[rest]).sum(axis=0) >= FEWEST_AT_REST
     if not seen.any():
         expected = f"samples seen in {FEWEST_AT_REST} frames at rest"
         raise ValueError(f"clouds: expected {expected}, found none")
-    height = height[:, seen]
-    base = np.nanmean(height[frames], axis=0)
-    moved = height - base
-    variance, own = noise_variance(moved[frames])
+    moved = height[:, seen] - np.nanmean(height[np.ix_(rest, seen)], axis=0)
+    # Variance of each sample's noise at rest with what is usual, and its frames.
+    noise = moved[rest]
+    own, squares = np.isfinite(noise).sum(axis=0), np.nansum(noise**2, axis=0)
+    usual = np.median(squares / chdtri(own - 1, 0.5))
+    variance = (POOLED_FRAMES * usual + squares) / (POOLED_FRAMES + own - 1)
     return SurfaceMotion(
         **vars(samples.at(seen)),
         moved_m=moved,
         std_m=np.where(np.isfinite(moved), np.sqrt(variance), np.nan),
-        rest_height_m=base,
         rest_std_m=np.sqrt(variance / own),
-        points=points[:, seen],
-        rest_frames=frames,
     )
-
-
-def noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:
-    """Variance of each sample's noise (r, c) at rest with what is usual, and its frames, (c,)."""
-    own = np.isfinite(noise).sum(axis=0)
-    squares = np.nansum(noise**2, axis=0)
-    usual = np.median(squares / chdtri(own - 1, 0.5))
-    return (POOLED_FRAMES * usual + squares) / (POOLED_FRAMES + own - 1), own
 
 
 def save_motion(path: str | Path, motion: SurfaceMotion) -> None:
     """Write a displacement as NPZ."""
-    with Path(path).open("wb") as stream:
-        np.savez_compressed(stream, **vars(motion))
+    write_npz(path, vars(motion))
 
 
 def load_motion(path: str | Path) -> SurfaceMotion:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,17 +36,11 @@ FARTHEST_LAW = 2.0
 UNMOVED, ALIKE = 1e-12, 1e-6
 
 
-@dataclass(frozen=True)
-class PriorError:
+class PriorError(NamedTuple):
     """An error that the unknowns' expectations may have.
 
-    Attributes
-    ----------
-    name, unit : str
-    std : float
-        Its standard uncertainty, in its unit.
-    response : (k, size) array
-        What the right side of the normal equations changes by, of errors of one deviation each.
+    `std` is its standard uncertainty in its unit, and `response` (k, size) what the right side of
+    the normal equations changes by, of errors of one deviation each.
     """
 
     name: str
@@ -80,10 +75,8 @@ class Prior:
 
     def and_known(self, name: str, std: float, rows: NDArray, values: NDArray) -> "Prior":
         """The same with further equations, (k, size) and (k,), of a source without a unit."""
-        error = PriorError(name, "1", std, rows)
-        return Prior(
-            np.vstack([self.rows, rows]), np.append(self.values, values), (*self.errors, error)
-        )
+        every = np.vstack([self.rows, rows]), np.append(self.values, values)
+        return Prior(*every, (*self.errors, PriorError(name, "1", std, rows)))
 
 
 def scaled_inverse(information: NDArray) -> NDArray:
@@ -128,7 +121,7 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     names = "offset_std_m", "clock_std_s", "place_std_m"
     offsets, clocks, away = ([getattr(one, name) for one in indentations] for name in names)
     moving = [np.diag(one.support_axes.std) for one in indentations]
-    tips = [one.tip_axes @ one.tip_root_m for one in indentations]
+    tips = [one.tip_root_m for one in indentations]
     fractions = SHARED + np.arange(terms)
     known = [
         ("law of the force", "1", each([FORCE_LAW], [options.force_law_std])),
@@ -164,15 +157,3 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
         return prior
     ratio, std = options.poisson_ratio, options.poisson_ratio_std
     return prior.and_known(RATIO, std, unit[[NU]] / std, np.array([ratio / std]))
-
-
-def parameter_bounds(captures: int, options: Fit) -> tuple[NDArray, NDArray]:
-    """Least and greatest value of each unknown."""
-    terms = len(options.relaxation_times_s)
-    low_nu, high_nu = options.poisson_ratio_bounds
-    low_E, high_E = np.log(options.youngs_modulus_bounds_pa)
-    most = 0.95 / max(terms, 1)
-    wide = [np.inf] * (OWN * captures)
-    free = [FARTHEST_LAW, np.inf, np.inf]
-    low = [low_E, low_nu, *np.negative(free), *[0.0] * terms, *np.negative(wide)]
-    return np.array(low), np.array([high_E, high_nu, *free, *[most] * terms, *wide])

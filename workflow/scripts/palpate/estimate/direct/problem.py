@@ -1,7 +1,7 @@
 """From a capture's surface displacement, poses and forces to what the direct estimate compares."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -11,19 +11,18 @@ from palpate.capture.tables import columns_of
 from palpate.estimate.direct.contact import (
     Contact,
     depth_along,
-    noise_of,
     object_from_table,
-    oblique,
 )
 from palpate.estimate.direct.indentation import DirectIndentation, SupportAxes
 from palpate.estimate.direct.motion import SurfaceMotion
-from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.rig import (
+from palpate.estimate.direct.options import (
     TIP_PART,
     UNSTATED,
+    Fit,
     ProbeUncertainty,
 )
 from palpate.estimate.direct.table import axes_across, sample_table
+from palpate.estimate.hertz.indentation import noise_of
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.load import hertz_contact_radius
 from palpate.solid.smooth_surface import SmoothSurface
@@ -92,36 +91,6 @@ class ProbeRecord:
             uncertainty=ProbeUncertainty.of(probe),
         )
 
-    def in_object(self, alignment: Alignment) -> "ProbeRecord":
-        """The same with tips, forces and turns in the object frame."""
-        pose = alignment.camera_from_object
-        return replace(
-            self,
-            tips_m=to_object(pose, self.tips_m),
-            forces_n=self.forces_n @ pose[:3, :3],
-            turns=pose[:3, :3].T @ self.turns,
-        )
-
-    def contact(
-        self, surface: SmoothSurface, direction: NDArray, options: Fit, *, radius_m: float
-    ) -> Contact:
-        """Depth and force along an indentation, of a record in the object frame.
-
-        Parameters
-        ----------
-        surface : SmoothSurface
-            Undeformed, object frame.
-        direction : (3,) array
-            Unit vector of the indentation.
-        options : Fit
-        radius_m : float
-            Of the sphere.
-        """
-        force = self.forces_n @ direction
-        depth = depth_along(surface, self.tips_m, direction, radius_m=radius_m)
-        # The target goes down farther than the tip by the probe's compliance.
-        return Contact.of(depth - force / self.stiffness_n_m, force, options)
-
 
 def direct_indentation(
     record: ProbeRecord,
@@ -153,20 +122,30 @@ def direct_indentation(
         left.
     """
     _check_belonging(record, motion)
-    record, radius_m = record.in_object(alignment), table.radius_m
-    declared = record.contact(template, table.direction, options, radius_m=radius_m)
+    pose, radius_m = alignment.camera_from_object, table.radius_m
+    tips, forces = to_object(pose, record.tips_m), record.forces_n @ pose[:3, :3]
+
+    def contact_along(direction: NDArray) -> Contact:
+        """Depth and force along a unit vector."""
+        force = forces @ direction
+        depth = depth_along(template, tips, direction, radius_m=radius_m)
+        # The target goes down farther than the tip by the probe's compliance.
+        return Contact.of(depth - force / record.stiffness_n_m, force, options)
+
+    declared = contact_along(table.direction)
     offset_std_m = float(np.hypot(record.tip_std_m, options.offset_std_m))
     tip_root = record.uncertainty.tip_root_m(options.place_std_m)
     across = axes_across(table.direction)
     # At the greatest force, in the target's frame, in which the tip's error stands.
-    tip_axes = np.stack([table.direction, *across]) @ record.turns[np.argmax(declared.force_n)]
-    declared.check(zero_std_m=float(np.hypot(offset_std_m, np.linalg.norm(tip_axes[0] @ tip_root))))
-    touch = declared.first_touch(record.tips_m, table.direction)
+    turn = pose[:3, :3].T @ record.turns[np.argmax(declared.force_n)]
+    tip_root = np.stack([table.direction, *across]) @ turn @ tip_root
+    declared.check(zero_std_m=float(np.hypot(offset_std_m, np.linalg.norm(tip_root[0]))))
+    touch = declared.first_touch(tips, table.direction)
     place = object_from_table(table, template, touch)
     beside_m = to_object(place, touch[None])[0] - (table.point_m - radius_m * table.direction)
     # A table that turned with the surface is of an indentation that turned too.
     direction = place[:3, :3] @ table.direction
-    contact = record.contact(template, direction, options, radius_m=radius_m)
+    contact = contact_along(direction)
     loaded = contact.loaded_frames(tip_std_m=record.tip_std_m)
     frames = loaded[contact.pressed_m[loaded] <= table.depth_m[-1]]
     if not len(frames):
@@ -175,13 +154,16 @@ def direct_indentation(
             f" {table.depth_m[-1] * 1e3:.1f} mm, found none (indenter.radius_m, template"
             " or transforms of the probe wrong, or a deeper table wanted?)"
         )
-    middle = record.tips_m[frames].mean(axis=0)
+    middle = tips[frames].mean(axis=0)
     sharp_edges = sharp_edge_distance(template.vertices_m, template.faces, motion.cell_m)
     nearest_m = options.nearest_m + options.nearest_radii * hertz_contact_radius(
         indenter_radius_m=radius_m, depth_m=max(contact.pressed_m[frames].max(), 1e-6)
     )
-    outside = _outside(motion.cell_m - middle, direction, nearest_m, options.farthest_m)
-    chosen = outside & (sharp_edges > options.crease_m)
+    # Far enough beside the contact, and near enough to move.
+    away = motion.cell_m - middle
+    beside = np.linalg.norm(away - (away @ direction)[:, None] * direction, axis=1)
+    chosen = (beside > nearest_m) & (np.linalg.norm(away, axis=1) < options.farthest_m)
+    chosen &= sharp_edges > options.crease_m
     if not chosen.any():
         raise ValueError(
             f"samples: expected some from {nearest_m * 1e3:.0f} to {options.farthest_m * 1e3:.0f}"
@@ -193,7 +175,7 @@ def direct_indentation(
         raise ValueError(
             "samples: expected some that are seen while the tip presses, found all hidden"
         )
-    way = record.tips_m[[contact.onset - 1, np.argmax(contact.depth_m)]]
+    way = np.diff(tips[[contact.onset - 1, np.argmax(contact.depth_m)]], axis=0)[0]
     given = {"support": support, "contact_m": middle, "direction": direction, "options": options}
     return DirectIndentation(
         time_s=record.time_s,
@@ -201,7 +183,7 @@ def direct_indentation(
         tip_depth_m=contact.depth_m,
         frames=frames,
         frames_beyond=len(loaded) - len(frames),
-        oblique_rad=oblique(*way, direction),
+        oblique_rad=float(np.arctan2(np.linalg.norm(np.cross(way, direction)), way @ direction)),
         depth_m=contact.depth_m[frames],
         tip_std_m=record.tip_std_m,
         depth_root_m=record.tip_std_m * np.eye(len(frames)),
@@ -221,7 +203,6 @@ def direct_indentation(
         support_axes=SupportAxes.of(cell, normal, **given),
         table=sample_table(table, to_object(place, cell), normal @ place[:3, :3]),
         tip_root_m=tip_root,
-        tip_axes=tip_axes,
     )
 
 
@@ -236,10 +217,3 @@ def _check_belonging(record: ProbeRecord, motion: SurfaceMotion) -> None:
         raise ValueError("tip: expected numbers in all frames, found NaN or infinity")
     if not record.tip_std_m > 0:
         raise ValueError(f"tip: expected a deviation above 0 m, found {record.tip_std_m}")
-
-
-def _outside(way_m: NDArray, direction: NDArray, nearest_m: float, farthest_m: float) -> NDArray:
-    """Samples (c,) far enough beside a contact and near enough to move, by the way from there."""
-    across = way_m - (way_m @ direction)[:, None] * direction
-    distance = np.linalg.norm(across, axis=1)
-    return (distance > nearest_m) & (np.linalg.norm(way_m, axis=1) < farthest_m)

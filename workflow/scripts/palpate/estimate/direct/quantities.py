@@ -181,7 +181,7 @@ class Profile:
         variance = np.diagonal(covariance, axis1=1, axis2=2) - with_nu**2 / with_nu[:, [POISSON]]
         # Moduli over E* are known exactly.
         beside = np.stack([one.values for one in each]) - over_star(nodes).T
-        cost = np.array([[one.cost] for one in held])
+        cost = np.array([[one.cost_at(one.vector, one.scales)] for one in held])
         columns = np.hstack([beside, variance, cost])
         curves = CubicSpline(nodes, columns) if len(nodes) > 1 else lambda ratios: columns[0]
         start, count = curves(nu), len(NAMES)

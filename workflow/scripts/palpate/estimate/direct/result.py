@@ -1,9 +1,8 @@
 """What an estimate says in files: direct.json, and what it makes of its captures."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +14,10 @@ from palpate.estimate.direct.indentation import (
     MOTION_LAW,
     DirectIndentation,
     Parameters,
-    residuals,
 )
 from palpate.estimate.direct.prior import FREE
-from palpate.estimate.direct.quantities import NAMES, ONE_SECOND_S
-from palpate.npz import read_arrays
-
-if TYPE_CHECKING:
-    from palpate.estimate.direct.estimate import DirectEstimate
+from palpate.estimate.direct.quantities import ONE_SECOND_S, Quantities
+from palpate.npz import read_arrays, write_npz
 
 # By what of the captures is taken.
 REGIONS = {"force": ("depth",), "surface": ("motion",), "both": ("depth", "motion")}
@@ -76,42 +71,11 @@ class CaptureFit:
 FITTED = tuple(field.name for field in fields(CaptureFit))
 
 
-def captures_of(best: Solution) -> list[CaptureFit]:
-    """What each capture shows, beside what a solution makes of it."""
-    found = []
-    for one, p, scale in zip(best.indentations, best.parameters, best.scales, strict=True):
-        gaps = residuals(one, p)
-        measured = one.depth_m + p.offset_m + p.clock_s * one.speed_m_s
-        gap, moved, std = np.full((3, *one.moved_m.shape), np.nan)
-        gap[one.seen] = gaps.motion * one.moved_std_m[one.seen]
-        moved[one.seen] = one.moved_m[one.seen]
-        std[one.seen] = one.moved_std_m[one.seen] * scale.motion
-        found.append(
-            CaptureFit(
-                time_s=one.time_s,
-                tip_depth_m=one.tip_depth_m + p.offset_m + p.clock_s * one.tip_speed_m_s,
-                frames=one.frames,
-                force_n=one.force_n[one.frames],
-                depth_m=measured,
-                fitted_depth_m=measured + one.depth_root_m @ gaps.depth,
-                depth_expected_std_m=one.depth_std_m,
-                moved_m=moved,
-                fitted_moved_m=moved - gap,
-                moved_expected_std_m=std,
-                cell_m=one.cell_m,
-                contact_m=one.contact_m,
-                distance_m=np.linalg.norm(one.cell_m - one.contact_m, axis=1),
-            )
-        )
-    return found
-
-
 def save_fitted(path: str | Path, fitted: Mapping[str, CaptureFit]) -> None:
     """Write what each capture shows and what the estimate makes of it, as NPZ, by capture."""
     each = fitted.items()
     arrays = {f"{capture}/{name}": getattr(one, name) for capture, one in each for name in FITTED}
-    with Path(path).open("wb") as stream:
-        np.savez_compressed(stream, **{CAPTURES: np.array(list(fitted))} | arrays)
+    write_npz(path, {CAPTURES: np.array(list(fitted))} | arrays)
 
 
 def load_fitted(path: str | Path) -> dict[str, CaptureFit]:
@@ -130,31 +94,8 @@ def load_fitted(path: str | Path) -> dict[str, CaptureFit]:
     }
 
 
-def described(found: "DirectEstimate") -> dict:
-    """Describe an estimate in what a JSON file holds."""
-    best, first = found.solution, found.solution.parameters[0]
-    indentations, times = best.indentations, best.options.relaxation_times_s
-    moduli = {name: asdict(modulus) for name, modulus in found.moduli.items()}
-    return {
-        "frames": [len(indentation.frames) for indentation in indentations],
-        "frames_beyond_lookup": [indentation.frames_beyond for indentation in indentations],
-        **moduli,
-        **described_law(found),
-        "regions": {name: one.tolist() for name, one in regions_of(best).items()},
-        "relaxation": {"times_s": list(times), "fractions": first.fractions.tolist()},
-        "gain": first.gain,
-        "nuisances": [_nuisances(*of) for of in zip(indentations, best.parameters, strict=True)],
-        "residuals": [_summed(*of) for of in zip(indentations, best.scales, strict=True)],
-        "budget": found.budget.rows(),
-        "information": _information(found),
-        "converged": best.converged,
-        "doubts": found.warnings,
-    }
-
-
-def described_law(found: "DirectEstimate") -> dict:
+def described_law(best: Solution, known: Quantities) -> dict:
     """Material-law parameters of force and displacement, and what the effective modulus is of."""
-    best, known = found.solution, found.quantities
     first, std = best.parameters[0], best.std
     return {
         "law": {
@@ -170,14 +111,7 @@ def described_law(found: "DirectEstimate") -> dict:
     }
 
 
-def _information(found: "DirectEstimate") -> dict:
-    """Least deviations of log moduli and nu, and their parts of those that are stated."""
-    parts = found.bound / found.budget.std
-    each = zip(NAMES, found.bound.tolist(), parts.tolist(), strict=True)
-    return {name: {"bound": bound, "efficiency": part} for name, bound, part in each}
-
-
-def _nuisances(indentation: DirectIndentation, p: Parameters) -> dict:
+def nuisances(indentation: DirectIndentation, p: Parameters) -> dict:
     """What a capture has for itself; how well the depth's zero was known beforehand."""
     sunk, *rocked = p.support_motion.tolist()
     return {
@@ -191,7 +125,7 @@ def _nuisances(indentation: DirectIndentation, p: Parameters) -> dict:
     }
 
 
-def _summed(indentation: DirectIndentation, scales: Scales) -> dict:
+def summed(indentation: DirectIndentation, scales: Scales) -> dict:
     """How a capture's residuals compare with what was stated."""
     depth_std_m = float(np.median(indentation.depth_std_m))
     seen = indentation.seen.any(axis=0)
@@ -215,7 +149,7 @@ def regions_of(best: Solution) -> dict[str, NDArray]:
     without errors of rig, of table and of captures apart. What is not determined of a direction has
     none, where a covariance would have no end.
     """
-    return {name: _free(best.information(kinds)) for name, kinds in REGIONS.items()}
+    return {name: _free(best.summed(best.blocks, kinds).matrix) for name, kinds in REGIONS.items()}
 
 
 def _free(whole: NDArray) -> NDArray:

@@ -6,8 +6,10 @@ sees, or the projector does not light, is filled in from its surroundings.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
@@ -15,8 +17,6 @@ from palpate.estimate.direct.options import Observation
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.mesh import at_nodes
 from palpate.solid.smooth_surface import corner_normals
-from palpate.surface.alignment import Alignment
-from palpate.surface.pose import to_object
 from palpate.surface.template import Template
 from palpate.units import FROM_MEDIAN
 
@@ -31,29 +31,6 @@ FEWEST_POINTS = 2
 CLIP, SLOPE = 3.0, 0.05
 # Length of a probe above its tip, and where on it the handle begins [m].
 SHAFT_M, SHAFT_FROM_M = 0.25, 0.05
-# A sample with less than this part of its mean count of points was not seen.
-FEWEST_PART = 0.5
-
-
-@dataclass(frozen=True)
-class ClosestAtRest:
-    """Points on the undeformed surface, k of them.
-
-    Attributes
-    ----------
-    closest_m, normal : (k, 3) arrays
-        Closest places of the surface [m] and unit normals of the smooth surface there.
-    distance_m : (k,) array
-        Of the points from there along the normal, positive outside [m].
-    """
-
-    closest_m: NDArray
-    normal: NDArray
-    distance_m: NDArray
-
-    def at(self, chosen: NDArray) -> "ClosestAtRest":
-        """Those that are chosen, by a mask or by numbers."""
-        return ClosestAtRest(*(part[chosen] for part in vars(self).values()))
 
 
 @dataclass(frozen=True)
@@ -63,21 +40,28 @@ class Samples:
     Attributes
     ----------
     cell_m, normal : (c, 3) arrays
-        Object frame [m], unit normals outward.
+        Object frame [m], unit normals outward of the smooth surface.
     """
 
     cell_m: NDArray
     normal: NDArray
 
-    def at(self, chosen: NDArray) -> "Samples":
+    def at(self, chosen: NDArray) -> Self:
         """Those that are chosen, by a mask or by numbers."""
-        return Samples(self.cell_m[chosen], self.normal[chosen])
+        return type(self)(*(part[chosen] for part in vars(self).values()))
 
-    def numbers(self, closest: ClosestAtRest, *, reach_m: float) -> NDArray:
+    def numbers(self, closest: "ClosestAtRest", *, reach_m: float) -> NDArray:
         """Sample of each closest place (k,); -1 where none within reach faces the same way."""
-        distance, number = cKDTree(self.cell_m).query(closest.closest_m)
+        distance, number = cKDTree(self.cell_m).query(closest.cell_m)
         alike = (self.normal[number] * closest.normal).sum(axis=1) > ALIKE_COSINE
         return np.where(alike & (distance < reach_m), number, -1)
+
+
+@dataclass(frozen=True)
+class ClosestAtRest(Samples):
+    """Closest places of points, and how far along the normals these are, positive outside [m]."""
+
+    distance_m: NDArray
 
 
 class RestSurface:
@@ -109,25 +93,6 @@ class RestSurface:
         kept &= (np.abs(along) > SHARP_COSINE * length) | (length < SHARP_EDGE_M)
         return ClosestAtRest(place, normal, np.copysign(length, along)).at(kept)
 
-    def in_frame(
-        self, alignment: Alignment, cloud: tuple[NDArray, NDArray], options: Observation
-    ) -> ClosestAtRest:
-        """Closest places of a frame's points within reach of the contact.
-
-        Parameters
-        ----------
-        alignment : Alignment
-        cloud : (points (n, 3) [m], normals (n, 3))
-            Camera frame.
-        options : Observation
-        """
-        pose, contact = alignment.camera_from_object, alignment.contact_point_m
-        points, normals = to_object(pose, cloud[0]), cloud[1] @ pose[:3, :3]
-        reach = options.reach_m + options.largest_distance_m
-        near = np.linalg.norm(points - contact, axis=1) < reach
-        closest = self.at_rest(points[near], normals[near], options)
-        return closest.at(np.linalg.norm(closest.closest_m - contact, axis=1) < options.reach_m)
-
 
 def samples_of(closest: Sequence[ClosestAtRest], centre_m: NDArray, *, spacing_m: float) -> Samples:
     """Samples where points were seen, at the means of their closest places.
@@ -149,7 +114,7 @@ def samples_of(closest: Sequence[ClosestAtRest], centre_m: NDArray, *, spacing_m
     number = seeds.numbers(every, reach_m=spacing_m)
     kept, count = number >= 0, len(seeds.cell_m)
     places, normals = (
-        at_nodes(number[kept], part[kept], count) for part in (every.closest_m, every.normal)
+        at_nodes(number[kept], part[kept], count) for part in (every.cell_m, every.normal)
     )
     points = np.bincount(number[kept], minlength=count)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
@@ -157,8 +122,8 @@ def samples_of(closest: Sequence[ClosestAtRest], centre_m: NDArray, *, spacing_m
 
 
 def _seeds(closest: ClosestAtRest, centre_m: NDArray, spacing_m: float) -> Samples:
-    order = np.argsort(np.linalg.norm(closest.closest_m - centre_m, axis=1), kind="stable")
-    places = closest.closest_m[order]
+    order = np.argsort(np.linalg.norm(closest.cell_m - centre_m, axis=1), kind="stable")
+    places = closest.cell_m[order]
     tree, free, chosen = cKDTree(places), np.ones(len(places), dtype=bool), []
     for k, place in enumerate(places):
         if free[k]:
@@ -174,33 +139,18 @@ def cell_heights(
 
     Of a frame the points' samples and distances are kept, no more.
     """
-    pairs = []
-    for one in closest:
+    count, cells, distances = len(samples.cell_m), [], []
+    for frame, one in enumerate(closest):
         number = samples.numbers(one, reach_m=options.spacing_m)
-        pairs.append((number[number >= 0].astype(np.int32), one.distance_m[number >= 0]))
-    count = len(samples.cell_m)
-    middle = np.array([_medians(*pair, count) for pair in pairs])
-    rest = [np.abs(far - m[n]) for (n, far), m in zip(pairs, middle, strict=True)]
-    limit = CLIP * FROM_MEDIAN * np.median(np.concatenate(rest)) + SLOPE * options.spacing_m
-    height, points = np.full(middle.shape, np.nan), np.zeros(middle.shape, dtype=np.int64)
-    for k, (number, far) in enumerate(pairs):
-        kept = rest[k] <= limit
-        points[k] = np.bincount(number[kept], minlength=count)
-        sums = np.bincount(number[kept], far[kept], count)
-        seen = points[k] >= FEWEST_POINTS
-        height[k, seen] = sums[seen] / points[k, seen]
-    return height, points
-
-
-def _medians(numbers: NDArray, values: NDArray, count: int) -> NDArray:
-    """Median of the values in each sample (c,); not a number where there are none."""
-    sorted_values = values[np.lexsort((values, numbers))]
-    size = np.bincount(numbers, minlength=count)
-    first = np.cumsum(size) - size
-    last = max(len(sorted_values) - 1, 0)
-    low, high = (np.minimum(first + half, last) for half in ((size - 1) // 2, size // 2))
-    found = (sorted_values[low] + sorted_values[high]) / 2 if len(sorted_values) else 0.0
-    return np.where(size > 0, found, np.nan)
+        cells.append(frame * count + number[number >= 0])
+        distances.append(one.distance_m[number >= 0])
+    shape, cell, far = (len(cells), count), np.concatenate(cells), np.concatenate(distances)
+    off = np.abs(far - pd.Series(far).groupby(cell).transform("median").to_numpy())
+    limit = CLIP * FROM_MEDIAN * np.median(off) + SLOPE * options.spacing_m
+    cell, far = cell[off <= limit], far[off <= limit]
+    points, sums = (np.bincount(cell, of, np.prod(shape)).reshape(shape) for of in (None, far))
+    height = np.full(shape, np.nan)
+    return np.divide(sums, points, out=height, where=points >= FEWEST_POINTS), points
 
 
 @dataclass(frozen=True)
@@ -218,24 +168,6 @@ class ProbeInView:
     views_m: NDArray
     tip_m: NDArray
     axis: NDArray
-
-    @staticmethod
-    def of(
-        alignment: Alignment, tips_m: NDArray, axes: NDArray, *, views_m: NDArray
-    ) -> "ProbeInView":
-        """Probe in the object frame.
-
-        Parameters
-        ----------
-        alignment : Alignment
-        tips_m, axes : (f, 3) arrays
-            Centre of the sphere [m] and indentation direction, camera frame.
-        views_m : (e, 3) array
-            Cameras and projector, camera frame [m].
-        """
-        pose = alignment.camera_from_object
-        views, tips = (to_object(pose, np.asarray(part, dtype=float)) for part in (views_m, tips_m))
-        return ProbeInView(views, tips, np.asarray(axes, dtype=float) @ pose[:3, :3])
 
     def clearance(self, places_m: NDArray, frame: int, *, along_m: tuple[float, float]) -> NDArray:
         """Least distance of lines of sight to places (c, 3) from a part of the axis, (c,) [m].
@@ -277,27 +209,3 @@ def facing_samples(samples: Samples, probe: ProbeInView, options: Observation) -
     sight = probe.views_m[:, None] - samples.cell_m
     facing = (sight * samples.normal).sum(axis=2) > least * np.linalg.norm(sight, axis=2)
     return samples.at(facing.all(axis=0))
-
-
-def hidden_samples(
-    samples: Samples,
-    points: NDArray,
-    probe: ProbeInView,
-    rest_frames: NDArray,
-    options: Observation,
-) -> NDArray:
-    """Which samples the probe or its shadow hides or comes too near, (f, c).
-
-    Parameters
-    ----------
-    samples : Samples
-    points : (f, c) int array
-        How many each was seen with.
-    probe : ProbeInView
-    rest_frames : (r,) int array
-    options : Observation
-    """
-    passed = probe.hides(samples.cell_m, options)
-    counted = np.where(passed, np.nan, points)[rest_frames]
-    usual = np.nansum(counted, axis=0) / np.maximum(np.isfinite(counted).sum(axis=0), 1)
-    return passed | (points < FEWEST_PART * usual)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.hertz.laws import FOOT, LARGEST_CHI, LAYERS, SUPPORTS
+from palpate.estimate.hertz.laws import FOOT, LARGEST_CHI, LAYERS, SUPPORTS, Law, contact_law
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.shape import Shape, shape_at
 from palpate.open3d_core import ClosestPoints
@@ -115,6 +115,18 @@ class Indentation:
             return (FOOT, SUPPORTS[0])
         return SUPPORTS if self.chi <= LARGEST_CHI else SUPPORTS[:1]
 
+    def law(self, indenter: str, support: str, nu: float) -> Law:
+        """Force over depth at E* = 1 (`contact_law`)."""
+        return contact_law(
+            indenter,
+            support,
+            radius_m=self.radius_m,
+            thickness_m=self.thickness_m,
+            nu=nu,
+            curvature_per_m=self.shape.curvature_per_m,
+            foot_curvature_per_m=self.shape.foot_curvature_per_m,
+        )
+
 
 def indentation_of(
     template: Template,
@@ -160,7 +172,13 @@ def indentation_of(
     magnitude = np.linalg.norm(forces_n, axis=1)
     depth = indentation_depth(template, alignment, tips_m, radius_m=radius_m)
     start, stop = hertz_range(magnitude, onset_force_n=options.onset_force_n)
-    check_contact(depth, start)
+    if abs(depth[start]) > FARTHEST_ONSET_M:
+        place = "below" if depth[start] > 0 else "above"
+        raise ValueError(
+            f"depth: expected the tip within {FARTHEST_ONSET_M * 1e3:g} mm of the surface when the"
+            f" force begins, found it {abs(depth[start]) * 1e3:.1f} mm {place} in frame {start}"
+            " (square_m, indenter.radius_m and transforms of the probe, optics, clocks?)"
+        )
     end = hold_end(depth, stop, frame_std_m=tip_std_m)
     # A magnitude has a positive mean where there is noise alone, and counts what goes across as
     # stiffness.
@@ -219,6 +237,11 @@ def force_onset(force_n: NDArray, *, onset_force_n: float) -> int:
     return int(below[-1]) + 1
 
 
+def noise_of(resting: NDArray) -> float:
+    """Deviation of forces (k,) at rest about their median, of their unit."""
+    return FROM_MEDIAN * float(np.median(np.abs(resting - np.median(resting))))
+
+
 def hertz_range(force_n: NDArray, *, onset_force_n: float) -> tuple[int, int]:
     """First and last sample from the onset of force to where it starts to fall (Section 5.1).
 
@@ -227,9 +250,8 @@ def hertz_range(force_n: NDArray, *, onset_force_n: float) -> tuple[int, int]:
     are those of `force_onset`.
     """
     start = force_onset(force_n, onset_force_n=onset_force_n)
-    rest = force_n[: max(start - 1, 1)]
-    noise = FROM_MEDIAN * float(np.median(np.abs(rest - np.median(rest))))
-    high = force_n[start:] >= force_n.max() - NOISE_DEVIATIONS * noise
+    least = force_n.max() - NOISE_DEVIATIONS * noise_of(force_n[: max(start - 1, 1)])
+    high = force_n[start:] >= least
     return start, start + int(np.argmax(high))
 
 
@@ -250,30 +272,6 @@ def indentation_depth(
     """
     surface = ClosestPoints(template.vertices_m, template.faces)
     return radius_m - surface.signed_distance(to_object(alignment.camera_from_object, tips_m))
-
-
-def check_contact(depth_m: NDArray, onset: int) -> None:
-    """Reject an indentation whose force begins elsewhere than at the surface.
-
-    Parameters
-    ----------
-    depth_m : (n,) array
-        Depth of the sphere's lowest point below the undeformed surface in each frame [m].
-    onset : int
-        First frame with force.
-
-    Raises
-    ------
-    ValueError
-        If the tip is then more than 5 mm from the surface.
-    """
-    if abs(depth_m[onset]) > FARTHEST_ONSET_M:
-        place = "below" if depth_m[onset] > 0 else "above"
-        raise ValueError(
-            f"depth: expected the tip within {FARTHEST_ONSET_M * 1e3:g} mm of the surface when the"
-            f" force begins, found it {abs(depth_m[onset]) * 1e3:.1f} mm {place} in frame {onset}"
-            " (square_m, indenter.radius_m and transforms of the probe, optics, clocks?)"
-        )
 
 
 def hold_end(depth_m: NDArray, deepest: int, *, frame_std_m: float) -> int:

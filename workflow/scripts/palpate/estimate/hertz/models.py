@@ -22,7 +22,6 @@ from palpate.estimate.hertz.laws import (
     LARGEST_CHI,
     LAYERS,
     Law,
-    contact_law,
     finite_strain_factor,
     layer_factor,
     parabola_force,
@@ -73,17 +72,33 @@ def estimate_hertz(
     -------
     dict
         ``study``, as the study fits; ``free_contact``, the same with the contact free;
-        ``models`` of `fit_models` and `fit_held`, whose block is ``relaxation``; ``recommended``;
-        and the geometry. A model's ``rig_std`` is the relative deviation by rig and clock.
+        ``models`` of `fit_models` and one that allows for relaxation and finite strain;
+        ``relaxation``, its ``verdict``, ``held_s``, what was held likely and the fit's fields;
+        ``recommended``; and the geometry. A model's ``rig_std`` is the relative deviation by rig
+        and clock. Where the probe was held for the shortest relaxation time at least, a model's
+        ``relaxation`` is prony, to which Poisson's ratios from 0 to 0.5 are equally likely. Else it
+        is unheld: the modulus without relaxation, its interval widened by what relaxation and nu
+        may have done.
     """
     models = list(fit_models(indentation, options))
     best, relaxation = recommended(indentation, models), {"verdict": "too few samples"}
     if indentation.allows_relaxation:
-        row, relaxation = fit_held(indentation, best, options)
-        models.append(row)
-        best = row
+        found, held_s = _fit_relaxing(indentation, best, options), indentation.held_s
+        held = held_s >= found.times_s[0]
+        relaxation = {"verdict": verdict(found, held=held), "held_s": held_s}
+        relaxation |= vars(options.relaxation) | vars(found)
+        if held:
+            best = {name: best[name] for name in OF_STUDY} | {"relaxation": "prony"} | vars(found)
+        else:
+            wide = _reaching(best, found.reduced_modulus_interval_pa)
+            best = wide | {"relaxation": "unheld"}
+        models.append(best)
     std = _clock_std(indentation, best, options, clock_std_s) if clock_std_s > 0 else 0.0
-    std = float(np.hypot(std, _rig_std(indentation, rig) if rig else 0.0))
+    if rig:
+        used = indentation.approach
+        force_n, depth_m = (one[used].max() for one in (indentation.force_n, indentation.depth_m))
+        of = {"depth_m": max(float(depth_m), 1e-9), "radius_m": indentation.radius_m}
+        std = float(np.hypot(std, rig.modulus_std(force_n=float(force_n), **of)))
     models = [_with_error(one, std) for one in models]
     best = recommended(indentation, models)
     if not indentation.allows_relaxation:
@@ -137,7 +152,7 @@ def fit_model(
     indentation: Indentation, options: Hertz, *, indenter: str, support: str, contact: str
 ) -> ContactFit:
     """Fit one model, with the contact point ``known``, ``free`` or ``weighted``."""
-    law = _law(indentation, options, indenter, support, options.assumed_poisson_ratio)
+    law = indentation.law(indenter, support, options.assumed_poisson_ratio)
     std = indentation.contact_std_m
     used = indentation.loading if contact == "known" else indentation.approach
     depth, force = indentation.depth_m[used], indentation.force_n[used]
@@ -151,37 +166,6 @@ def fit_model(
         residual=options.residual,
         depth_std_m=std if contact == "weighted" else None,
     )
-
-
-def fit_held(indentation: Indentation, model: Mapping, options: Hertz) -> tuple[dict, dict]:
-    """Fit a model with relaxation and finite strain to an indentation and its hold.
-
-    Parameters
-    ----------
-    indentation : Indentation
-    model : mapping
-        The same model without relaxation, of `fit_models`, contact weighted.
-    options : Hertz
-
-    Returns
-    -------
-    row : dict
-        As those of `fit_models`. Where the probe was held for the shortest relaxation time at
-        least, ``relaxation`` is prony, to which Poisson's ratios from 0 to 0.5 are equally
-        likely. Else it is unheld: the modulus without relaxation, its interval widened by what
-        relaxation and nu may have done.
-    block : dict
-        ``verdict``, ``held_s``, what was held likely and the fit's fields.
-    """
-    found, held_s = _fit_relaxing(indentation, model, options), indentation.held_s
-    held = held_s >= found.times_s[0]
-    block = {"verdict": verdict(found, held=held), "held_s": held_s}
-    block |= vars(options.relaxation) | vars(found)
-    if not held:
-        wide = _reaching(model, found.reduced_modulus_interval_pa)
-        return wide | {"relaxation": "unheld"}, block
-    names = {name: model[name] for name in OF_STUDY}
-    return names | {"relaxation": "prony"} | vars(found), block
 
 
 def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
@@ -221,18 +205,6 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
     return dict(best) | {"rule": rule, "doubts": doubts}
 
 
-def _law(indentation: Indentation, options: Hertz, indenter: str, support: str, nu: float) -> Law:
-    return contact_law(
-        indenter,
-        support,
-        radius_m=indentation.radius_m,
-        thickness_m=indentation.thickness_m,
-        nu=nu,
-        curvature_per_m=indentation.shape.curvature_per_m,
-        foot_curvature_per_m=indentation.shape.foot_curvature_per_m,
-    )
-
-
 def _fit_relaxing(indentation: Indentation, model: Mapping, options: Hertz) -> RelaxationFit:
     """Fit with relaxation; finite strain makes the law depend on nu far more than a layer does."""
     radius = indentation.radius_m
@@ -241,7 +213,7 @@ def _fit_relaxing(indentation: Indentation, model: Mapping, options: Hertz) -> R
     part = 1 / (1 + np.cbrt(indentation.shape.foot_curvature_per_m / bend))
 
     def strained(nu: float) -> Law:
-        law = _law(indentation, options, model["indenter"], model["support"], nu)
+        law = indentation.law(model["indenter"], model["support"], nu)
         return lambda depth_m: (
             law(depth_m) * finite_strain_factor(part * depth_m / radius, nu) ** part
         )
@@ -253,20 +225,6 @@ def _fit_relaxing(indentation: Indentation, model: Mapping, options: Hertz) -> R
         beliefs=options.relaxation,
         contact_m=model["contact_depth_m"],
     )
-
-
-def _rig_std(indentation: Indentation, rig: Rig) -> float:
-    """Relative standard deviation of E* by the rig: E* goes with F R^(-1/2) d^(-3/2)."""
-    used = indentation.approach
-    force, depth = (float(one[used].max()) for one in (indentation.force_n, indentation.depth_m))
-    parts = (
-        rig.force_scale_std,
-        float(np.hypot(rig.force_zero_std_n, rig.force_drift_std_n)) / force,
-        rig.radius_std_m / indentation.radius_m / 2,
-        rig.curvature_std_per_m * indentation.radius_m / 2,
-        1.5 * rig.compliance_std_m_n * force / max(depth, 1e-9),
-    )
-    return float(np.linalg.norm(parts))
 
 
 def _clock_std(indentation: Indentation, row: Mapping, options: Hertz, clock_std_s: float) -> float:

@@ -6,10 +6,11 @@ prior is therefore a grid of equally likely points; at each, and for each law, w
 squares gives the rest and how well the samples bear the point.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,146 +122,20 @@ def fit_relaxation(
     contact, modulus = min(contact_m, LATEST * deepest), 0.0
     for _ in range(ROUNDS):
         about = (indentation, tau, beliefs, contact, modulus)
-        points = _Points.joined([_linear(law, *about) for law in laws.values()])
-        excess = points.excess(len(indentation.force_n))
-        weights, evidence = points.judged(excess, beliefs)
-        mean = weights @ points.found
+        every = zip(*(_linear(law, *about) for law in laws.values()), strict=True)
+        at = _Points(*map(np.concatenate, every))
+        # E* and the whole share have no prior. Above 1 it is what the stated errors fall short of,
+        # in variance.
+        excess = float(at.chi_square.min()) / max(len(indentation.force_n) - 2, 1)
+        weights, evidence = _judged(at, excess, beliefs)
+        mean = weights @ at.found
         move = float(mean[1]) - contact
         if abs(move) < CONVERGED * deepest:
             break
         modulus = max(float(mean[0]), 0.1 * modulus)
         contact += float(np.clip(move, -LARGEST_MOVE * deepest, LARGEST_MOVE * deepest))
         contact = min(contact, LATEST * deepest)
-    return _summary(points, excess, weights, evidence, tau, beliefs)
-
-
-def verdict(fit: RelaxationFit, *, held: bool) -> str:
-    """Whether relaxation is seen: by an evidence of three to one or more, if the probe was held."""
-    if not held:
-        return "no hold"
-    if abs(fit.log_evidence) < POSITIVE:
-        return "undecided"
-    return "relaxes" if fit.log_evidence > 0 else "none seen"
-
-
-@dataclass(frozen=True)
-class _Points:
-    """Points of the grid with each law, g of them, and least squares at each.
-
-    Attributes
-    ----------
-    amplitudes : (g, p) array
-    found, covariance : (g, 4), (g, 4, 4) arrays
-        E* [Pa], contact [m], place of the law and baseline [N]; with errors as stated.
-    chi_square, log_std : (g,) arrays
-        Weighted sum of squares, and sum of the logarithms of the forces' deviations.
-    """
-
-    amplitudes: NDArray
-    found: NDArray
-    covariance: NDArray
-    chi_square: NDArray
-    log_std: NDArray
-
-    @classmethod
-    def joined(cls, parts: Sequence["_Points"]) -> "_Points":
-        """All points of several laws."""
-        names = cls.__dataclass_fields__
-        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-
-    def excess(self, samples: int) -> float:
-        """Least sum of squares over its degrees of freedom: E* and the whole share have no prior.
-
-        Above 1 it is what the stated errors fall short of, in variance.
-        """
-        return float(self.chi_square.min()) / max(samples - 2, 1)
-
-    def judged(self, excess: float, beliefs: Beliefs) -> tuple[NDArray, float]:
-        """Probability of each point, (g,), and the log evidence for relaxation over none."""
-        none = ~self.amplitudes.any(axis=1)
-        volume = np.linalg.slogdet(self.covariance)[1] / 2
-        likelihood = volume - self.log_std - self.chi_square / (2 * max(excess, 1))
-        likelihood[self.found[:, 0] <= 0] = -np.inf
-        if not np.isfinite(likelihood).any():
-            raise ValueError("force: expected one that grows with the depth, found another")
-        without, with_it = (logsumexp(likelihood[of]) - np.log(of.sum()) for of in (none, ~none))
-        prior = np.where(none, beliefs.none / none.sum(), (1 - beliefs.none) / (~none).sum())
-        weights = prior * np.exp(likelihood - likelihood.max())
-        return weights / weights.sum(), float(with_it - without)
-
-
-def _linear(
-    law: Law,
-    indentation: Indentation,
-    tau: NDArray,
-    beliefs: Beliefs,
-    contact: float,
-    modulus: float,
-) -> _Points:
-    """Least squares in E*, the contact, the law's place and the baseline, about a contact."""
-    depth = indentation.depth_m - contact
-    unit, step, own = law(depth), STEP * float(depth.max()), indentation.frame_std_m
-    modulus = modulus or float(unit @ indentation.force_n / (unit @ unit))
-    slope = (law(depth + step) - law(depth - step)) / (2 * step)
-    stiffer = unit * np.sqrt(np.maximum(depth, 0) / indentation.radius_m)
-    columns = np.stack([unit, -modulus * slope, modulus * stiffer], axis=1)
-    # A depth's own error moves its force.
-    std = np.hypot(indentation.force_std_n, modulus * (law(depth + own) - law(depth - own)) / 2)
-    grid = _amplitude_grid(len(tau), scale=beliefs.share)
-    relaxed = _relaxed(indentation.time_s, columns, tau, grid)
-    design = np.concatenate([relaxed, np.ones((*relaxed.shape[:2], 1))], axis=2) / std[:, None]
-    wanted = indentation.force_n / std
-    known = np.array([indentation.contact_std_m, beliefs.law_growth_std, indentation.force_std_n])
-    precision, centre = np.diag(np.r_[0, known**-2]), np.array([0, -contact, 0, 0])
-    covariance = np.linalg.inv(np.swapaxes(design, 1, 2) @ design + precision)
-    found = np.einsum("gij,gj->gi", covariance, wanted @ design + precision @ centre)
-    residual, off = wanted - np.einsum("gnk,gk->gn", design, found), found - centre
-    return _Points(
-        amplitudes=grid,
-        found=found + np.array([0, contact, 0, 0]),
-        covariance=covariance,
-        chi_square=(residual**2).sum(1) + ((off @ precision) * off).sum(1),
-        log_std=np.full(len(grid), np.log(std).sum()),
-    )
-
-
-def _relaxed(time: NDArray, columns: NDArray, tau: NDArray, grid: NDArray) -> NDArray:
-    """R_g of every column at every point of the grid, (g, n, k); linear in the amplitudes."""
-    lost = [
-        2 * (columns - relaxed_force(time, columns, fractions=[0.5], times_s=[one])) for one in tau
-    ]
-    return columns - np.tensordot(grid, np.array(lost), 1)
-
-
-@cache
-def _amplitude_grid(terms: int, *, scale: float) -> NDArray:
-    """No relaxation, then equally likely amplitudes of a Prony series, (g, terms).
-
-    The whole share has a half-normal prior of a scale and every split of it is as likely as any
-    other: a Dirichlet distribution of ones, by the quantiles of breaking a stick.
-    """
-    share = scale * ndtri(0.5 + (np.arange(SHARES) + 0.5) / (2 * SHARES))
-    share = share[share < LARGEST_SHARE]
-    quantiles = np.array(list(product((np.arange(BREAKS) + 0.5) / BREAKS, repeat=terms - 1)))
-    # Of what is left each break leaves a part, Beta(k, 1) with k parts still to come.
-    left = np.cumprod((1 - quantiles) ** (1 / np.arange(terms - 1, 0, -1)), axis=1)
-    splits = -np.diff(left, axis=1, prepend=1, append=0)
-    grid = (share[:, None, None] * splits).reshape(-1, terms)
-    grid = np.concatenate([np.zeros((1, terms)), grid])
-    grid.flags.writeable = False
-    return grid
-
-
-def _summary(
-    points: _Points,
-    excess: float,
-    weights: NDArray,
-    evidence: float,
-    tau: NDArray,
-    beliefs: Beliefs,
-) -> RelaxationFit:
-    at, kept = points, weights > 0
-    variance = max(excess, 1) * at.covariance
+    kept, variance = weights > 0, max(excess, 1) * at.covariance
     left = 1 - relaxed_share(beliefs.at_s, fractions=at.amplitudes.T, times_s=tau)
     # The law's own scale multiplies E* whatever the record says.
     E, parts = at.found[kept, 0], weights[kept]
@@ -282,6 +157,105 @@ def _summary(
         log_evidence=evidence,
         chi_square_per_sample=excess,
     )
+
+
+def verdict(fit: RelaxationFit, *, held: bool) -> str:
+    """Whether relaxation is seen: by an evidence of three to one or more, if the probe was held."""
+    if not held:
+        return "no hold"
+    if abs(fit.log_evidence) < POSITIVE:
+        return "undecided"
+    return "relaxes" if fit.log_evidence > 0 else "none seen"
+
+
+class _Points(NamedTuple):
+    """Points of the grid with each law, g of them, and least squares at each.
+
+    Attributes
+    ----------
+    amplitudes : (g, p) array
+    found, covariance : (g, 4), (g, 4, 4) arrays
+        E* [Pa], contact [m], place of the law and baseline [N]; with errors as stated.
+    chi_square, log_std : (g,) arrays
+        Weighted sum of squares, and sum of the logarithms of the forces' deviations.
+    """
+
+    amplitudes: NDArray
+    found: NDArray
+    covariance: NDArray
+    chi_square: NDArray
+    log_std: NDArray
+
+
+def _judged(at: _Points, excess: float, beliefs: Beliefs) -> tuple[NDArray, float]:
+    """Probability of each point, (g,), and the log evidence for relaxation over none."""
+    none = ~at.amplitudes.any(axis=1)
+    volume = np.linalg.slogdet(at.covariance)[1] / 2
+    likelihood = volume - at.log_std - at.chi_square / (2 * max(excess, 1))
+    likelihood[at.found[:, 0] <= 0] = -np.inf
+    if not np.isfinite(likelihood).any():
+        raise ValueError("force: expected one that grows with the depth, found another")
+    without, with_it = (logsumexp(likelihood[of]) - np.log(of.sum()) for of in (none, ~none))
+    prior = np.where(none, beliefs.none / none.sum(), (1 - beliefs.none) / (~none).sum())
+    weights = prior * np.exp(likelihood - likelihood.max())
+    return weights / weights.sum(), float(with_it - without)
+
+
+def _linear(
+    law: Law,
+    indentation: Indentation,
+    tau: NDArray,
+    beliefs: Beliefs,
+    contact: float,
+    modulus: float,
+) -> _Points:
+    """Least squares in E*, the contact, the law's place and the baseline, about a contact."""
+    depth = indentation.depth_m - contact
+    unit, step, own = law(depth), STEP * float(depth.max()), indentation.frame_std_m
+    modulus = modulus or float(unit @ indentation.force_n / (unit @ unit))
+    slope = (law(depth + step) - law(depth - step)) / (2 * step)
+    stiffer = unit * np.sqrt(np.maximum(depth, 0) / indentation.radius_m)
+    columns = np.stack([unit, -modulus * slope, modulus * stiffer], axis=1)
+    # A depth's own error moves its force.
+    std = np.hypot(indentation.force_std_n, modulus * (law(depth + own) - law(depth - own)) / 2)
+    grid = _amplitude_grid(len(tau), scale=beliefs.share)
+    # R_g of every column at every point of the grid, (g, n, k), is linear in the amplitudes.
+    half, time = {"fractions": [0.5]}, indentation.time_s
+    lost = [2 * (columns - relaxed_force(time, columns, **half, times_s=[one])) for one in tau]
+    relaxed = columns - np.tensordot(grid, np.array(lost), 1)
+    design = np.concatenate([relaxed, np.ones((*relaxed.shape[:2], 1))], axis=2) / std[:, None]
+    wanted = indentation.force_n / std
+    known = np.array([indentation.contact_std_m, beliefs.law_growth_std, indentation.force_std_n])
+    precision, centre = np.diag(np.r_[0, known**-2]), np.array([0, -contact, 0, 0])
+    covariance = np.linalg.inv(np.swapaxes(design, 1, 2) @ design + precision)
+    found = np.einsum("gij,gj->gi", covariance, wanted @ design + precision @ centre)
+    residual, off = wanted - np.einsum("gnk,gk->gn", design, found), found - centre
+    return _Points(
+        amplitudes=grid,
+        found=found + np.array([0, contact, 0, 0]),
+        covariance=covariance,
+        chi_square=(residual**2).sum(1) + ((off @ precision) * off).sum(1),
+        log_std=np.full(len(grid), np.log(std).sum()),
+    )
+
+
+@cache
+def _amplitude_grid(terms: int, *, scale: float) -> NDArray:
+    """No relaxation, then equally likely amplitudes of a Prony series, (g, terms).
+
+    The whole share has a half-normal prior of a scale and every split of it is as likely as any
+    other: a Dirichlet distribution of ones, by the quantiles of breaking a stick.
+    """
+    share = scale * ndtri(0.5 + (np.arange(SHARES) + 0.5) / (2 * SHARES))
+    share = share[share < LARGEST_SHARE]
+    quantiles = np.array(list(product((np.arange(BREAKS) + 0.5) / BREAKS, repeat=terms - 1)))
+    # Of what is left each break leaves a part, Beta(k, 1) with k parts still to come.
+    left = np.cumprod((1 - quantiles) ** (1 / np.arange(terms - 1, 0, -1)), axis=1)
+    splits = -np.diff(left, axis=1, prepend=1, append=0)
+    grid = (share[:, None, None] * splits).reshape(-1, terms)
+    grid = np.concatenate([np.zeros((1, terms)), grid])
+    grid.flags.writeable = False
+    return grid
 
 
 def _quantiles(weights: NDArray, means: NDArray, stds: NDArray) -> list[float]:
