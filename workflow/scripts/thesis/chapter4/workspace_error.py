@@ -12,9 +12,10 @@ from palpate.report import outputs
 from palpate.vision.camera import camera_from_spec, sensor_with_optics
 from palpate.vision.marker import CornerFollower, board_of
 from palpate.vision.photometric import BoardRefiner
+from palpate.vision.pose import REFINED
 from palpate.vision.probe import board_poses, marker_from_tip
 
-from thesis.chapter4.workspace import REFINED, point_row, threshold_rows
+from thesis.chapter4.workspace import point_row, threshold_rows
 
 # Columns of the grid's file that name a point.
 PLACE = ("point", "row", "column", "x_m", "y_m")

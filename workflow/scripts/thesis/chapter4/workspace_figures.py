@@ -21,9 +21,10 @@ from palpate.report.style import (
     sensor_name,
 )
 from palpate.units import CENTIMETRES, MILLIMETRES
+from palpate.vision.pose import CORNERS, REFINED, averages, select_threshold
 
 from thesis.chapter4.sensor_files import by_sensor, provenances
-from thesis.chapter4.workspace import AXES, CORNERS, REFINED, averages, select_threshold
+from thesis.chapter4.workspace import AXES
 from thesis.diagrams import DASHED, TEXT_PT, by_sensor_panels, legend_below
 
 AXIS_LOOKS = {
