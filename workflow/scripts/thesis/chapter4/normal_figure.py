@@ -19,12 +19,12 @@ from palpate.report.style import (
     PAGE_IN,
     sensor_name,
 )
-from palpate.report.views import View
 from palpate.units import MILLIMETRES
 from palpate.vision.clouds import Cloud, read_clouds
 from scipy.spatial import cKDTree
 
 from thesis.diagrams import TEXT_PT, Sketch, blank, legend_below, scale_bar
+from thesis.views import View
 
 # P lies so far from the pressed point, on the rim of the dent [m].
 ASIDE_M = np.array([0.011, 0.0, 0.0])

@@ -3,7 +3,6 @@
 from typing import Any
 
 from matplotlib.figure import Figure
-from palpate.report.views import view_from
 from palpate.surface.alignment import load_alignment
 from palpate.surface.pose import to_object
 from palpate.surface.recorded import Recorded
@@ -17,6 +16,7 @@ from thesis.chapter5.tracking_inputs import (
     surface_of,
 )
 from thesis.tracker.options import StudyTracking, tracking_options
+from thesis.views import view_from
 
 # Of the views of the ball, above the camera's side.
 CLOUDS_DEG, SURFACES_DEG = 25, 10

@@ -7,18 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from palpate.report.panels import (
-    cloud_panel,
-    coloured,
-    displacement_bar,
-    legend,
-    named,
-    outline,
-    panels,
-    photo_panel,
-    scale_bar,
-    surface_panel,
-)
+from palpate.report.panels import Surface, named, photo_panel
 from palpate.report.style import (
     BLACK,
     BLUE,
@@ -29,7 +18,19 @@ from palpate.report.style import (
     label_provenance,
     sensor_name,
 )
-from palpate.report.views import MILLIMETRES, Surface, View
+from palpate.units import MILLIMETRES
+
+from thesis.panels import (
+    cloud_panel,
+    coloured,
+    displacement_bar,
+    legend,
+    outline,
+    panels,
+    scale_bar,
+    surface_panel,
+)
+from thesis.views import View
 
 CLOSE_MM, AROUND_MM = (76.0, 44.0), (84.0, 62.0)
 SECTION_HALF_WIDTH_M = 0.0015
