@@ -61,14 +61,14 @@ truth: .venv/installed
 # Randomised objects and rigs of a seed, estimated and compared with their truth; a rejected capture
 # does not stop the others.
 validation: .venv/installed
-	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.draw \
+	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.randomise \
 	  config/validation.yaml $(RIGS) --seed $(seed)
 	-$(VALIDATION)/config.yaml -- validation
 	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.randomised_rigs $(RIGS)
 
 # Each error of a rig by itself and all at once, on a block, a ball and a randomised object.
 errors: .venv/installed
-	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.draw \
+	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.randomise \
 	  config/validation.yaml $(RIGS)-alone --seed $(seed) --alone
 	-$(VALIDATION)-alone/config.yaml -- validation
 	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.randomised_rigs $(RIGS)-alone

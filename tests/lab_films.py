@@ -1,9 +1,9 @@
 """Films of the probe alone, as the lab makes them for what calibrates it."""
 
 import yaml
-from virtual_lab.device import device_of
+from virtual_lab.probe_experiments import record_load, record_stiffness
 from virtual_lab.rig import bare_bench, make_rig
-from virtual_lab.weighing import record_load, record_stiffness
+from virtual_lab.rig_errors import errors_of
 
 RECORDERS = {"load": record_load, "stiffness": record_stiffness}
 APART = ("objects", "experiments", "simulated_block", "laser")
@@ -17,5 +17,5 @@ def lab_film(root, folder, sensor, probe, **changed):
     common["background_frames"] = 3
     folder.mkdir(parents=True)
     bench = bare_bench(common, name=folder.name)
-    rig = make_rig(common, device_of(common, {}, sensor), options["camera"], bench)
-    return RECORDERS[folder.name](folder, rig, common, options, probe, seed=[1])
+    rig = make_rig(common, errors_of(common, {}, sensor), options["camera"], bench)
+    return RECORDERS[folder.name](folder, rig, options, probe, seed=[1])

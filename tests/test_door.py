@@ -107,7 +107,7 @@ def halve_colour(bench):
 IMPLAUSIBLE = {
     "a force in millinewtons": (
         lambda bench: scale_force(bench, 1e3),
-        "force.csv: expected at most 500 N from a hand, found 17[0-9]{2} N",
+        "force.csv: expected at most 500 N from an operator, found 17[0-9]{2} N",
     ),
     "a force in kilonewtons": (
         lambda bench: scale_force(bench, 1e-3),

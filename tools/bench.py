@@ -21,7 +21,7 @@ from bench_tracking import tracking_rows
 from palpate.capture.files import whole_file
 from scipy import sparse
 from scipy.sparse.linalg import splu
-from virtual_lab.press import contact_problem, first_touch, patch_points
+from virtual_lab.indentation import contact_problem
 from virtual_lab.shapes import shape_of
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -46,8 +46,7 @@ def solver_rows() -> list[tuple]:
     spec = yaml.safe_load((ROOT / "config/lab.yaml").read_text())["objects"]["foam_block"]
     place = np.array(spec["object"]["points"]["08"]["position_m"])
     model = shape_of(spec).model(place, spec["contact"])
-    start = first_touch(patch_points(model.solid, "top"), place, RADIUS_M)
-    problem = contact_problem(spec, model, start, RADIUS_M)
+    problem = contact_problem(spec, model, place, RADIUS_M)
     _, blocks = problem._elastic(np.zeros(problem.fixed.size))
     parts = [(np.arange(len(blocks)), blocks)]
     load = np.random.default_rng(0).normal(size=problem.tangent.count)

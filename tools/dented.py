@@ -21,8 +21,8 @@ from palpate.surface.pose import to_camera
 from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template
 from virtual_lab.describe import box_template
-from virtual_lab.ladder import ContactLadder
-from virtual_lab.press import press_object
+from virtual_lab.indentation import indent_object
+from virtual_lab.load_steps import LoadSteps
 from virtual_lab.render import look_at
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -33,8 +33,8 @@ STEM_RADIUS_M = 0.0035
 # Of the template before its refinement: refined around the contact it has 1,236 vertices.
 EDGE_M = 0.020
 TARGET_M, DISTANCE_M, ELEVATION_DEG = np.array([0.0, 0.0, 0.09]), 0.65, 45.0
-# Coarser than the lab's own ladder: 18 s instead of 32 s, 0.01 mm apart on average.
-LADDER = {"element_m": 0.003, "step_m": 0.001, "deepest_m": 0.008}
+# Coarser than the lab's own load steps: 18 s instead of 32 s, 0.01 mm apart on average.
+STEPS = {"element_m": 0.003, "step_m": 0.001, "deepest_m": 0.008}
 # Points of a cloud nearer to the tip's centre are the probe's, and neighbours in a plane's fit.
 EXCLUDED_M, NEIGHBOURS = 0.0085, 30
 FIRST_DEPTH_M = 1e-9
@@ -60,11 +60,11 @@ class Dented:
 
 
 @cache
-def block_ladder() -> ContactLadder:
+def block_steps() -> LoadSteps:
     """The lab's contact mechanics at the middle of the block's top, to 8 mm."""
     lab = yaml.safe_load((ROOT / "config/lab.yaml").read_text(encoding="utf-8"))
     block = lab["objects"]["foam_block"]
-    return press_object(block | {"contact": block["contact"] | LADDER}, POINT_M, RADIUS_M)
+    return indent_object(block | {"contact": block["contact"] | STEPS}, POINT_M, RADIUS_M)
 
 
 def block_template(edge_m: float = EDGE_M) -> Template:
@@ -101,7 +101,7 @@ def dented_block(
     edge_m : float
         Edges of the template before its refinement [m].
     """
-    depths, steps, pose = np.asarray(depths_m, dtype=float), block_ladder(), camera_pose()
+    depths, steps, pose = np.asarray(depths_m, dtype=float), block_steps(), camera_pose()
     tips = steps.point_m + np.column_stack([0 * depths, 0 * depths, RADIUS_M - depths])
     surfaces = steps.surface_at(depths)
     clouds = [

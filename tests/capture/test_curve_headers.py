@@ -69,7 +69,8 @@ MISREAD = {
     "Stiffness N/mm,Force (N)": "expected one column of depth",
     "Torque N m,Force (N)": "expected one column of depth",
     "Time (m),Force (N)": "expected one column of depth",
-    "Displacement (mm),Force (V)": r"Force \(V\): expected a unit of force, found V \(force = defl",
+    "Displacement (mm),Force (V)": r"Force \(V\): .* of force, found V \(force = volts times",
+    "Displacement (mm),Load (mV/V)": r"found mV/V \(force = volts times N/V of a load cell",
     "Displacement (mm),Force (kPa)": r"found kPa \(another column",
     "z_mm,F_n,F_t": "F_n: expected a unit of force, found none .say --force-unit: N, mN",
     "z_um,F_N,F_T": "F_N: expected a unit of force, found none .say --force-unit",
@@ -95,6 +96,7 @@ def test_a_unit_alone_makes_no_column(header, tmp_path):
         ("0.1;999.5\n0.2;1,234.5\n0.3;1,400.25\n", 1400.25),
         ("0,1;999,5\n0,2;1.234,5\n0,3;1.234.400,25\n", 1234400.25),
         ('250,"1,234"\n260,"1,300"\n270,"1,400"\n', None),
+        ("1.234;999\n1.235;1.500\n1.236;1.600\n", None),
     ],
 )
 def test_thousands_are_never_guessed(rows, last, tmp_path):
@@ -114,8 +116,9 @@ def test_points_that_may_be_of_thousands_are_warned_of(tmp_path):
     columns, how = (57 + 1e3 * depth, force), {"mark": ";", "number": "{:.3f}"}
     path = written(tmp_path, "Weg (mm);Kraft (N)", *columns, **how)
     assert "numbers like 57.000 have points as of thousands" in read_curve(path).doubts[0]
-    path = written(tmp_path, "Weg (mm);Kraft (N)", *columns, **how, decimal=",")
-    assert np.ptp(read_curve(path).depth_m) == pytest.approx(1.4e-3)
+    curve = read_curve(written(tmp_path, "Weg (mm);Kraft (N)", *columns, **how, decimal=","))
+    assert np.ptp(curve.depth_m) == pytest.approx(1.4e-3)
+    assert "numbers like 57,000 have commas as of thousands" in curve.doubts[0]
 
 
 def test_cells_that_are_filled_later_hide_no_rows(tmp_path):

@@ -259,6 +259,7 @@ def test_a_retract_alone_is_turned_whichever_way_its_columns_count(way, sign, tm
     found = fitted(path, capsys, *PARABOLA)
     assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.01)
     assert any("its rows were turned" in line for line in found["doubts"])
+    assert any("not plain" in one and "to begin pressed" in one for one in found["doubts"])
 
 
 def test_of_cycles_the_deepest_loading_is_taken(tmp_path):
@@ -269,6 +270,23 @@ def test_of_cycles_the_deepest_loading_is_taken(tmp_path):
     curve = read_curve(path)
     assert (curve.phases.loading.start, curve.phases.loading.stop) == (4 * 281 - 1, 5 * 281)
     assert "the record holds 3 loadings: the deepest is fitted" in curve.doubts
+
+
+@pytest.mark.parametrize(("way", "sign"), [(1, 1), (-1, 1), (1, -1), (-1, -1)])
+@pytest.mark.parametrize("last", [1.0, 0.9])
+def test_cycles_that_begin_pressed_are_fitted_where_they_are_free_before(last, way, sign, tmp_path):
+    """The retract that the record begins with is softer, and counts for nothing."""
+    depth, force = indentation()
+    depths = [depth[::-1], last * depth, last * depth[::-1]]
+    forces = [0.6 * force[::-1], force, 0.6 * force[::-1]]
+    columns = 20 + way * 1e3 * np.hstack(depths), sign * np.hstack(forces)
+    curve = read_curve(written(tmp_path, "Height (mm),Force (N)", *columns))
+    assert (curve.phases.loading.start, curve.phases.loading.stop) == pytest.approx(
+        (281, 562), abs=2
+    )
+    assert "turned" not in curve.read.replace("sign turned", "")
+    assert np.allclose(curve.loading()[1][-1], force[-1], rtol=0.02)
+    assert any("the record begins pressed: its first 28" in line for line in curve.doubts)
 
 
 def test_a_glitch_is_no_deepest_sample(tmp_path):

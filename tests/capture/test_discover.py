@@ -7,6 +7,7 @@ from palpate.capture.discover import (
     discover,
     folder_fingerprint,
     sensor_folders,
+    stamp,
 )
 
 
@@ -75,6 +76,18 @@ def test_a_fingerprint_changes_with_visible_files(folder, file, changes):
     before = folder_fingerprint(folder)
     (folder / file).write_bytes(b"another image")
     assert (folder_fingerprint(folder) != before) == changes
+
+
+def test_links_that_lead_nowhere_or_round_do_not_count(folder):
+    before = folder_fingerprint(folder, linked=2)
+    for link, target in {"itself": "itself", "there": "back", "back": "there"}.items():
+        (folder / link).symlink_to(target)
+    assert folder_fingerprint(folder, linked=2) == before
+    nothing = folder_fingerprint(folder / "none")
+    assert {folder_fingerprint(folder / "itself", linked=n) for n in (0, 2)} == {nothing}
+    assert stamp(folder / "itself") == ""
+    (folder / "left/above").symlink_to("..")
+    assert folder_fingerprint(folder, linked=2) != before  # entered as far as links may lead
 
 
 @pytest.mark.parametrize("place", ["kinect", "kinect/08"])

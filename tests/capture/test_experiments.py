@@ -65,7 +65,8 @@ def test_right_ones(calibration, workspace, kinect, root, tmp_path):
     [
         ("9,-6,0.025\n", "expected whole numbers of inner corners >= 3, found 9 x -6"),
         ("", "board.csv: rows: expected at least one, found none"),
-        ("9,6,25\n", "square_m: expected metres, above 0 and at most 1"),
+        ("9,6,25\n", "square_m: expected 0.001 to 0.5 metres, found 25 (millimetres?)"),
+        ("9,6,2.5e-5\n", "square_m: expected 0.001 to 0.5 metres, found 2.5e-05"),
         ("9,6,0.02\n8,6,0.02\n", "expected one board, found 2"),
         ("9,x,0.025\n", "rows: expected finite numbers, found x"),
     ],

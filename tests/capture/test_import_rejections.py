@@ -1,6 +1,8 @@
 """What makes no capture is rejected in one line, and nothing is left behind."""
 
 import re
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from functools import partial
 
@@ -32,6 +34,7 @@ from import_help import (
 )
 from palpate.__main__ import main
 from palpate.capture.importing.pixels import RAW_FORMS
+from palpate.capture.tables import read_force
 
 
 def halved(message, _):
@@ -54,7 +57,10 @@ CHANGES = {
     "no depth": (without(DEPTH), "depth: expected one topic of .* found none"),
     "no colour": (without(COLOR), "color: expected one topic of .* found none"),
     "no optics": (without(COLOR_INFO), "camera.yaml: file: expected a sensor file, or optics"),
-    "no transform": (without("/tf_static"), "tf_static: expected a way from frame depth_optical"),
+    "no transform": (
+        without("/tf_static"),
+        "film.bag: tf_static: frames: expected a path from frame depth_optical to color_optical",
+    ),
     "no rotation": (
         with_message("/tf_static", unturned),
         "tf_static: transform: expected a unit quaternion and metres, found length 0",
@@ -220,6 +226,33 @@ def test_a_row_of_units_in_a_table_of_forces(film, tmp_path, capsys):
     path.write_text(f"{head}\ns,N,N,N,Nm,Nm,Nm\n{rows}")
     line = rejected(capsys, tmp_path, bag_of(tmp_path, film), "--force", str(path))
     assert_like("wrench.csv: rows: expected numbers, found s, N, N", line)
+
+
+@pytest.fixture
+def forces(film, tmp_path):
+    """A bag for its forces alone that lost the messages for which something holds."""
+
+    def without_some(lost):
+        (tmp_path / "force").mkdir()
+        bag = bag_of(tmp_path / "force", film, ros1=False)
+        with closing(sqlite3.connect(next(bag.glob("*.db3")))) as content, content:
+            content.execute(f"delete from messages where {lost}")
+        return str(bag)
+
+    return without_some
+
+
+def test_a_bag_of_forces_that_states_wrenches_and_holds_none(forces, film, tmp_path, capsys):
+    bag = forces("true")
+    line = rejected(capsys, tmp_path, bag_of(tmp_path, film), "--force", bag)
+    expected = f"expected {len(film.wrench)}, as the bag states .*--force .*, found 0$"
+    assert_like(f"^{bag}: {WRENCH}: wrenches: {expected}", line)
+
+
+def test_a_bag_of_forces_that_lost_a_few_counts_as_far_as_it_goes(forces, film, tmp_path):
+    target, bag = tmp_path / "raw/block/camera/08", forces("id % 50 = 0")
+    assert bring(bag_of(tmp_path, film), target, "--force", bag) == 0
+    assert 0.9 * len(film.wrench) < len(read_force(target)) < len(film.wrench)
 
 
 def test_an_object_that_the_lab_makes(film, tmp_path, capsys):

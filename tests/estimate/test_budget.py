@@ -18,7 +18,7 @@ from made_up_indentation import (
 from palpate.estimate.direct import quantities
 from palpate.estimate.direct.budget import budget_of
 from palpate.estimate.direct.deviations import Scales, with_depth_errors
-from palpate.estimate.direct.fit import Solution, blocks_of
+from palpate.estimate.direct.fit import Solution, blocks_of, held_at
 from palpate.estimate.direct.indentation import DirectIndentation, linearised
 from palpate.estimate.direct.options import Fit, ModelStd, Rig
 from palpate.estimate.direct.rig import UNSTATED, ProbeUncertainty
@@ -280,9 +280,11 @@ def estimate(options, *captures, known=UNSTATED):
     lines = [linearised(one, TRUTH) for one in captures]
     blocks = tuple(map(blocks_of, captures, lines, scales))
     best = Solution((TRUTH,) * len(captures), 0.0, scales, blocks, captures, options, True)
+    best = replace(best, cost=held_at(best, TRUTH.poisson_ratio).cost)
     moduli = quantities.quantities_of(best, radius_m=RADIUS_M)
     budget = budget_of(best, moduli, known, radius_m=RADIUS_M)
-    return budget, quantities.intervals(best, moduli, budget)
+    profile = quantities.Profile.of(best, moduli, budget)
+    return budget, quantities.intervals(best, moduli, budget, profile)
 
 
 def budget(options, *captures, known=UNSTATED):

@@ -262,6 +262,12 @@ def test_a_loading_with_its_unloading():
         assert found.reduced_modulus_pa == pytest.approx(alone.reduced_modulus_pa, rel=1e-3)
         (line,) = found.doubts
         assert "401 of 802 samples" in line
+    # So are both after the unloading of the loading before, and the loading with that alone.
+    for last in (slice(None), slice(len(depth))):
+        before = (np.r_[one[len(depth) :], one[last]] for one in both)
+        found = hertz.fit(*before, radius_m=PUNCH_M, indenter="flat")
+        assert found.reduced_modulus_pa == pytest.approx(alone.reduced_modulus_pa, rel=1e-3)
+        assert len(found.depth_m) == pytest.approx(len(depth), abs=2) and found.doubts
     # An unloading alone, and samples in no order, are taken as they are.
     for order in (slice(None, None, -1), np.random.default_rng(0).permutation(len(depth))):
         other = hertz.fit(depth[order], force[order], radius_m=PUNCH_M, indenter="flat")

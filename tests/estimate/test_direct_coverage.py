@@ -8,7 +8,7 @@ import pytest
 from made_up_indentation import OPTIONS, RADIUS_M, START, indentation_of
 from palpate.estimate.direct.budget import budget_of
 from palpate.estimate.direct.fit import fit_direct
-from palpate.estimate.direct.quantities import intervals, quantities_of
+from palpate.estimate.direct.quantities import Profile, intervals, quantities_of
 from palpate.estimate.relaxation import relaxed_share
 from palpate.modulus import LABELS
 
@@ -50,7 +50,7 @@ def judged(capture, q, left, nu):
     harder = np.exp(q * capture.table.stiffening_at(np.array([stated.depth_m]), nu)[0][0])
     values = np.array([star * harder * left, E, later, nu, star])
     truth = np.where(np.array(list(LABELS)) == "poisson_ratio", values, np.log(values))
-    found = intervals(best, stated, budget)
+    found = intervals(best, stated, budget, Profile.of(best, stated, budget))
     named = zip(LABELS, values, strict=True)
     holds = [found[name].low <= value <= found[name].high for name, value in named]
     return (stated.values[: len(LABELS)] - truth) / budget.std[: len(LABELS)], holds

@@ -11,13 +11,17 @@ from made_up_indentation import (
     RADIUS_M,
     RELAXATION_TIMES_S,
     indentation_of,
+    made_up_table,
+    random_cells,
 )
 from palpate import direct
 from palpate.estimate.direct.estimate import estimate_direct
-from palpate.estimate.direct.indentation import SHARED, Parameters
-from palpate.estimate.direct.quantities import NAMES, quantities_of
+from palpate.estimate.direct.indentation import NU, SHARED, Parameters
+from palpate.estimate.direct.quantities import NAMES, Profile, quantities_of
 from palpate.estimate.direct.result import regions_of
 from palpate.estimate.relaxation import relaxed_share
+from palpate.modulus import LABELS
+from scipy.special import stdtrit
 
 TRUTH = {
     "youngs_modulus_pa": 25e3,
@@ -171,3 +175,41 @@ def test_bad_input(tmp_path):
     options = OPTIONS.changed(poisson_ratio_bounds=(0.4, 0.1))
     with pytest.raises(ValueError, match="poisson_ratio_bounds: expected low below high"):
         estimate(indentation_of(25e3, 0.3, 1), options=options)
+
+
+def test_intervals_are_the_budgets_where_nu_is_determined(found):
+    """There all is nearly straight: the cost of the fits with nu held is a parabola."""
+    best, stated, budget = found.solution, found.quantities, found.budget
+    quantile = stdtrit(budget.freedom, 0.975)
+    for k, name in enumerate(LABELS):
+        one = found.moduli[name]
+        if name != "poisson_ratio":
+            half = np.log(one.high / one.low) / 2
+            assert half == pytest.approx(quantile[k] * budget.std[k], rel=0.03), name
+    nu, std = best.vector[NU], best.std[NU]
+    values, rise, _ = Profile.of(best, stated, budget).at(np.array([nu - std, nu, nu + std]))
+    assert rise == pytest.approx([1, 0, 1], abs=0.2)
+    assert values[1] == pytest.approx(stated.values)
+
+
+def test_intervals_follow_the_fits_at_each_nu_where_none_is_excluded():
+    """They hold the moduli of fits with nu held, and reach no farther than the intervals of these.
+
+    E* is not straight in nu, as on thin or unbonded objects.
+    """
+    cell = random_cells(np.random.default_rng(3))
+    table = made_up_table(cell)
+    bent = 1 - 0.8 * table.poisson_ratios[:, None] ** 2
+    table = replace(table, force_per_modulus_m2=bent * table.force_per_modulus_m2)
+    capture = indentation_of(25e3, 0.4, 3, solid=(cell, table, table), motion_std_m=5e-3)
+
+    def moduli(*bounds):
+        options = OPTIONS.changed(poisson_ratio_bounds=bounds)
+        return estimate_direct([capture], options, radius_m=RADIUS_M).moduli
+
+    free, held = moduli(0.0, 0.49), [moduli(nu, nu + 1e-6) for nu in (0.0, 0.12, 0.24, 0.36, 0.48)]
+    assert free["poisson_ratio"].verdict == "not identified"
+    for name in ("effective_reduced_modulus_pa", "youngs_modulus_pa", "reduced_modulus_pa"):
+        each = np.array([(one[name].low, one[name].value, one[name].high) for one in held])
+        assert 0.98 * each[:, 0].min() <= free[name].low <= 1.01 * each[:, 1].min()
+        assert 0.99 * each[:, 1].max() <= free[name].high <= 1.02 * each[:, 2].max()

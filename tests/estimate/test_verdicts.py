@@ -11,7 +11,7 @@ from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.fit import Solution, blocks_of
 from palpate.estimate.direct.indentation import FORCE_LAW, MOTION_LAW, NU, linearised
 from palpate.estimate.direct.prior import FARTHEST_LAW
-from palpate.estimate.direct.quantities import intervals, quantities_of
+from palpate.estimate.direct.quantities import Profile, intervals, quantities_of
 from palpate.estimate.direct.warnings import Estimated, exclusions, warnings_of
 from palpate.modulus import LABELS, Modulus
 
@@ -33,7 +33,7 @@ def at_truth(capture=CAPTURE, options=OPTIONS, truth=TRUTH, **changes):
 def verdicts(best):
     stated = quantities_of(best, radius_m=RADIUS_M)
     budget = budget_of(best, stated, radius_m=RADIUS_M)
-    found = intervals(best, stated, budget)
+    found = intervals(best, stated, budget, Profile.of(best, stated, budget))
     return {name.removesuffix("_pa"): one.verdict for name, one in found.items()}
 
 

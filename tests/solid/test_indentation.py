@@ -41,7 +41,7 @@ def model():
     )
 
 
-def test_ladder_ends_at_the_deepest_and_is_finer_at_the_start():
+def test_depth_steps_end_at_the_maximum_and_are_finer_at_the_start():
     depth = depth_steps(0.0045, 0.001)
     assert depth[[0, 1, -1]] == pytest.approx([0, 0.00025, 0.0045])
     assert (np.diff(depth) > 0).all()

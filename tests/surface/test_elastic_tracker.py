@@ -5,12 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import trimesh
 from floor import floor
-from palpate.open3d_core import ClosestPoints
 from palpate.solid.mesh import solid_mesh
 from palpate.surface.alignment import Alignment, AlignmentResidual
-from palpate.surface.correspondences import pair, rest_offsets
 from palpate.surface.elastic import ElasticTracker
 from palpate.surface.elastic_capture import track_by_elasticity
 from palpate.surface.obstacle import Sphere, Table
@@ -24,13 +21,8 @@ from skfem import MeshTet
 RADIUS_M = 0.006
 TOP_M = np.array([0.0, 0.0, 0.04])
 # Nothing is refined: what made the frames tracks them.
-OPTIONS = ElasticTracking(
-    refine_radius_m=0.012,
-    refine_edge_m=0.1,
-    solid_edge_m=0.1,
-    solid_growth=0.8,
-    misfit_reach_m=0.06,
-)
+COARSE = {"refine_edge_m": 0.1, "solid_edge_m": 0.1, "solid_growth": 0.8}
+OPTIONS = ElasticTracking(refine_radius_m=0.012, misfit_reach_m=0.06, **COARSE)
 NO_POINTS = (np.zeros((0, 3)), np.zeros((0, 3)))
 TABLE = Table(np.zeros(3), np.array([0.0, 0.0, 1.0]))
 
@@ -106,33 +98,12 @@ def test_a_sphere_that_draws_back_lets_go_step_by_step(tracker):
 
 def test_nothing_goes_below_the_table(solid, template):
     held = np.flatnonzero(np.linalg.norm(solid.nodes_m * [1, 1, 1e3], axis=1) < 0.025)
-    options = ElasticTracking()
     lowest = []
     for table in (TABLE, replace(TABLE, point_m=np.array([0, 0, -1.0]))):
-        tracker = ElasticTracker(template, solid, held, table, options)
+        tracker = ElasticTracker(template, solid, held, table, ElasticTracking())
         fit = tracker.fit(tracker.at_rest(), NO_POINTS, sphere_at(0.002, aside_m=0.03), np.inf)
         lowest.append(fit.nodes_m[:, 2].min())
     assert lowest[0] > -2e-5 and lowest[1] < -1e-4
-
-
-def test_points_show_a_field_that_is_not_the_priors(solid, template):
-    """The body swells to the sides: nothing that contact or prior would give."""
-
-    def swollen(x):
-        return x + x * [0.02, 0.02, 0.0] * (x[:, 2:] / 0.04)
-
-    tracker = new_tracker(solid, template)
-    rest = points_of(template.vertices_m, template.faces, 4000, 0, 2e-4)
-    tracker.learn_rest([rest])
-    assert tracker.sigma == pytest.approx(2e-4, rel=0.1)
-    cloud = points_of(swollen(template.vertices_m), template.faces, 4000, 1, 2e-4)
-    errors = []
-    for weight in (1e12, 1e9):
-        fit = tracker.fit(tracker.at_rest(), cloud, sphere_at(-0.01), weight)
-        apart = tracker.vertices(fit.nodes_m) - swollen(template.vertices_m)
-        errors.append(np.linalg.norm(apart, axis=1).mean())
-    still = np.linalg.norm(swollen(template.vertices_m) - template.vertices_m, axis=1).mean()
-    assert errors[1] < 0.25 * still < errors[0]
 
 
 def test_offset_at_rest_is_taken_off(solid, template):
@@ -147,23 +118,6 @@ def test_offset_at_rest_is_taken_off(solid, template):
     left = inner & (template.vertices_m[:, 0] < -0.015)
     assert np.abs(tracker.offset[left & top]).mean() < 5e-5
     assert tracker.sigma < 1.5e-4
-    again = [points_of(template.vertices_m, template.faces, 8000, k, 1e-4) for k in (4, 5, 6)]
-    pairs_by_frame = [tracker.see(tracker.rest, cloud) for cloud in again]
-    whole, others = rest_offsets(template, pairs_by_frame)
-    assert others.shape == (3, len(whole))
-    assert np.allclose(rest_offsets(template, pairs_by_frame[1:])[0], others[0], atol=1e-15)
-
-
-def test_pairs_by_distance_and_normal(template):
-    points = TOP_M + [[0.001, 0, 0.002], [0.001, 0, 0.02], [0.001, 0, 0.001]]
-    normals = np.array([[0, 0, 1.0], [0, 0, 1.0], [1.0, 0, 0]])
-    within = {"largest_distance_m": 0.01, "largest_normal_deg": 45}
-    pairs = pair(template.vertices_m, template, (points, normals), **within)
-    assert pairs.distance_m == pytest.approx([0.002])
-    lower = pairs.less(np.full(len(template.vertices_m), 0.0005))
-    assert lower.distance_m == pytest.approx([0.0015])
-    assert pairs.rest_m[0] == pytest.approx(TOP_M + [0.001, 0, 0])
-    assert pairs.observed(len(template.vertices_m)).sum() == 3
 
 
 @pytest.fixture(scope="module")
@@ -176,7 +130,7 @@ def capture(solid, template):
 
 
 def recorded(solid, template, pose, noise_m, swell=0.0):
-    tracker, fit, frames = new_tracker(solid, template), None, []
+    tracker, frames = new_tracker(solid, template), []
     fit = tracker.at_rest()
     depths = (-0.002, -0.001, 0.001, 0.002, 0.003)
     for k, depth in enumerate(depths):
@@ -205,23 +159,23 @@ def test_a_press_is_followed(capture):
     assert tracked.observed[:, : len(capture.template.vertices_m)].mean() > 0.7
     again = track_by_elasticity(capture, OPTIONS)
     assert np.array_equal(tracked.vertices_m, again.vertices_m)
-    # The template's vertices lie on the surface that carries them.
-    closest = ClosestPoints(capture.template.vertices_m, capture.template.faces)
-    assert closest.distance(tracked.template_m).max() < 1e-6
 
 
-def test_frames_of_the_beginning_press_are_not_at_rest(capture):
+@pytest.mark.parametrize(("frames", "contact"), [([0, 1, 3, 3, 3, 4], 5), ([0, 1, 4], 2)])
+def test_a_slow_press_and_one_in_a_jump_are_followed(capture, frames, contact):
     """A soft object is pressed by millimetres before the force is above its threshold."""
-    frames = [0, 1, 3, 3, 3, 4]
-    slow = replace(
+    other = replace(
         capture,
         clouds=[capture.clouds[k] for k in frames],
         tips_m=capture.tips_m[frames],
-        alignment=replace(capture.alignment, contact_frame=5),
+        alignment=replace(capture.alignment, contact_frame=contact),
     )
-    tracked = track_by_elasticity(slow, OPTIONS)
-    assert json.loads(tracked.prior)["frames_at_rest"] == 2
-    assert json.loads(tracked.prior)["noise_m"] == pytest.approx(1e-4, rel=0.1)
+    tracked = track_by_elasticity(other, OPTIONS)
+    prior = json.loads(tracked.prior)
+    assert (prior["frames_at_rest"], prior["frames_sphere_inside"]) == (2, [])
+    assert prior["noise_m"] == pytest.approx(1e-4, rel=0.15)
+    moved = np.linalg.norm(tracked.vertices_m[-1] - tracked.rest_m, axis=1)
+    assert moved.max() == pytest.approx(0.003, abs=1e-4)
 
 
 def test_the_camera_may_stand_anywhere(capture, solid, template):
@@ -232,23 +186,15 @@ def test_the_camera_may_stand_anywhere(capture, solid, template):
 
 
 def test_points_that_contradict_the_prior_lower_its_weight(capture, solid, template):
-    swollen = track_by_elasticity(recorded(solid, template, np.eye(4), 1e-4, swell=0.03), OPTIONS)
-    both = track_by_elasticity(capture, OPTIONS), swollen
+    swollen = recorded(solid, template, np.eye(4), 1e-4, swell=0.03)
+    both = [track_by_elasticity(one, OPTIONS) for one in (capture, swollen)]
     weights = [json.loads(tracked.prior)["weight_per_j"] for tracked in both]
     assert weights[1] < 0.2 * weights[0]
-    side = swollen.template_m[:, 0] > 0.0399
-    moved = (swollen.vertices_m[4] - swollen.rest_m)[side, 0].mean()
-    assert moved > 0.5 * 0.03 * 0.04
-
-
-def test_contact_alone(solid, template):
-    swollen = recorded(solid, template, np.eye(4), 1e-4, swell=0.03)
-    found = track_by_elasticity(swollen, OPTIONS.changed(points=False))
-    assert json.loads(found.prior)["rule"] == "no points"
-    moved = np.linalg.norm(found.vertices_m[4] - found.rest_m, axis=1)
-    assert moved.max() == pytest.approx(0.003, abs=1e-4)
-    side = found.template_m[:, 0] > 0.0399
-    assert moved[side].mean() < 0.2 * 0.03 * 0.04
+    alone = track_by_elasticity(swollen, OPTIONS.changed(points=False))
+    assert json.loads(alone.prior)["rule"] == "no points"
+    side = alone.template_m[:, 0] > 0.0399
+    moved = [(one.vertices_m[4] - one.rest_m)[side, 0].mean() for one in (alone, both[1])]
+    assert moved[0] < 0.2 * 0.03 * 0.04 < 0.5 * 0.03 * 0.04 < moved[1]
 
 
 def test_bad_captures(capture):
@@ -258,38 +204,3 @@ def test_bad_captures(capture):
     empty = replace(capture, clouds=[NO_POINTS] * 5)
     with pytest.raises(ValueError, match="cloud: expected points near the template at rest"):
         track_by_elasticity(empty, OPTIONS)
-
-
-def test_the_slope_of_the_points_with_a_finer_template(solid, template):
-    """Template and solid have unlike meshes; forces are the slope of what is minimised."""
-    fine = Template(*trimesh.remesh.subdivide(template.vertices_m, template.faces))
-    tracker = new_tracker(solid, fine)
-    cloud = points_of(fine.vertices_m, fine.faces, 3000, 5, 3e-4)
-    tracker.learn_rest([points_of(fine.vertices_m, fine.faces, 3000, 6, 3e-4)])
-    rng = np.random.default_rng(7)
-    x = tracker.rest + 2e-4 * rng.normal(size=tracker.rest.shape)
-    x[tracker.rest[:, 2] < 1e-9] = tracker.rest[tracker.rest[:, 2] < 1e-9]
-    carried, step = tracker._carry(x, cloud), 1e-8 * rng.normal(size=x.shape)
-    step[tracker.rest[:, 2] < 1e-9] = 0
-
-    def misfit(place):
-        seen = replace(carried.pairs, distance_m=tracker._distances(carried, place))
-        return tracker.costs(seen, TOP_M, 1.0).sum()
-
-    slope = (misfit(x + step) - misfit(x - step)) / 2
-    forces, _ = tracker._outer(x, carried, 1.0)
-    assert (forces * step).sum() == pytest.approx(slope, rel=1e-5)
-    seen = tracker.see(x, cloud)
-    corners = tracker.vertices(x)[seen.corners]
-    closest = np.einsum("kc,kcd->kd", seen.weights, corners)
-    assert np.abs(closest - seen.rest_m).max() < 2e-3
-
-
-def test_a_press_in_one_jump_is_followed(capture):
-    frames = [0, 1, 4]
-    clouds = [capture.clouds[k] for k in frames]
-    jump = replace(capture, clouds=clouds, tips_m=capture.tips_m[frames])
-    tracked = track_by_elasticity(jump, OPTIONS)
-    assert json.loads(tracked.prior)["frames_sphere_inside"] == []
-    moved = np.linalg.norm(tracked.vertices_m[2] - tracked.rest_m, axis=1)
-    assert moved.max() == pytest.approx(0.003, abs=1e-4)

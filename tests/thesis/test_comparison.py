@@ -13,94 +13,78 @@ PRINTED = {
     "table_5_3": 12 * 3 + 6, "table_5_4": 8, "table_5_5": 4,
     "figure_3_5": 3, "figure_3_7": 2, "figure_3_9": 2,
 }  # fmt: skip
+STAR = "reduced_modulus_pa"
 
 
 @pytest.fixture(scope="module")
-def published(root):
+def compared(root):
+    """Table of the comparison with ours."""
     folder = root / "config/published"
-    return {name: pd.read_csv(folder / f"{name}.csv", dtype={"point": str}) for name in NAMES}
+    tables = {name: pd.read_csv(folder / f"{name}.csv", dtype={"point": str}) for name in NAMES}
+    rows = printed.published_numbers(tables)
+    assert not rows.duplicated(printed.KEYS).any() and rows["published"].notna().all()
 
+    def compare(ours, true=None, **more):
+        return comparison.comparison(rows, comparison.our_numbers(ours, **more), true or {})
 
-def summary_row(method, sensor="kinect", point="08", name="foam_block", **values):
-    known = {"object": name, "sensor": sensor, "capture": point, "point": point}
-    names = ("youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa")
-    blank = dict.fromkeys(names) | {"poisson_ratio_verdict": ""}
-    return known | blank | {"method": method, "provenance": "simulated"} | values
-
-
-@pytest.fixture
-def summary():
-    moduli = {"youngs_modulus_pa": 4e4, "poisson_ratio": 0.2, "reduced_modulus_pa": 41667}
-    rows = [
-        summary_row("hertz", reduced_modulus_pa=27000),
-        summary_row("minimise_displacement", **moduli),
-        summary_row("minimise_displacement", point="01", name="foam_ball", **moduli),
-        summary_row("hertz", point="01", name="foam_ball", reduced_modulus_pa=2e5),
-    ]
-    return pd.DataFrame(rows)
-
-
-def compared(published, tables, true=None, **more):
-    ours = comparison.our_numbers(tables, **more)
-    return comparison.comparison(printed.published_numbers(published), ours, true or {})
+    return compare
 
 
 def one(table, **wanted):
-    for name, value in wanted.items():
-        table = table[table[name] == value]
-    assert len(table) == 1
-    return table.iloc[0]
+    (row,) = table[(table[list(wanted)] == pd.Series(wanted)).all(axis=1)].to_dict("records")
+    return row
 
 
-def test_each_printed_number_has_its_row(published):
-    rows = printed.published_numbers(published)
-    counts = rows["artefact"].value_counts()
+def test_each_printed_number_has_its_row_also_without_captures(compared):
+    table = compared({})
+    counts = table["artefact"].value_counts()
     assert {name: counts[name] for name in PRINTED} == PRINTED
-    assert not rows.duplicated(printed.KEYS).any()
-    assert rows["published"].notna().all()
-    # A run without captures keeps them all.
-    table = compared(published, {})
-    assert len(table) == len(rows)
     assert table["ours"].isna().all()
-    assert (table["provenance"] == "").all()
 
 
-def test_ours_stands_beside_the_printed_number(published, summary):
-    table = compared(published, {"summary": summary}, {("foam_block", "youngs_modulus"): 25e3})
-    E = one(table, artefact="table_5_3", sensor="kinect", point="08", error="displacement",
-            quantity="youngs_modulus")  # fmt: skip
-    assert E[["published", "ours", "true"]].tolist() == [35499, 40000, 25000]
-    assert E["ratio"] == pytest.approx(40000 / 35499, abs=1e-4)
-    assert E["provenance"] == "simulated"
-    hertz = one(table, artefact="table_5_3", sensor="kinect", point="08",
-                quantity="hertz_reduced_modulus")  # fmt: skip
-    assert hertz[["published", "ours", "error"]].tolist() == [35500, 27000, ""]
-    missing = one(table, artefact="table_5_3", sensor="bumblebee", point="08",
-                  error="displacement", quantity="poisson_ratio")  # fmt: skip
-    assert pd.isna(missing["ours"])
+def test_ours_stands_beside_the_printed_number(compared):
+    minimum = {"youngs_modulus_pa": 4e4, "poisson_ratio": 0.2, STAR: 41667}
+    rows = [
+        {"object": name, "sensor": "kinect", "capture": point, "point": point, "method": method,
+         "provenance": "simulated", "poisson_ratio_verdict": ""} | moduli
+        for name, point, method, moduli in (
+            ("foam_block", "08", "hertz", {STAR: 27000}),
+            ("foam_block", "08", "minimise_displacement", minimum),
+            ("foam_ball", "01", "minimise_displacement", minimum),
+            ("foam_ball", "01", "hertz", {STAR: 2e5}),
+        )
+    ]  # fmt: skip
+    true = {("foam_block", "youngs_modulus"): 25e3}
+    table = compared({"summary": pd.DataFrame(rows)}, true)
+    block = {"artefact": "table_5_3", "sensor": "kinect", "point": "08"}
+    E = one(table, **block, error="displacement", quantity="youngs_modulus")
+    assert [E[name] for name in ("published", "ours", "true")] == [35499, 40000, 25000]
+    assert (E["ratio"], E["provenance"]) == (pytest.approx(40000 / 35499, abs=1e-4), "simulated")
+    hertz = one(table, **block, quantity="hertz_reduced_modulus")
+    assert (hertz["published"], hertz["ours"]) == (35500, 27000)
+    other = block | {"sensor": "bumblebee", "error": "displacement"}
+    assert pd.isna(one(table, **other, quantity="poisson_ratio")["ours"])
     # A printed number without a point takes that of ours.
-    ball = one(table, artefact="table_5_4", sensor="kinect", error="displacement",
-               quantity="poisson_ratio")  # fmt: skip
-    assert ball[["published", "ours", "point"]].tolist() == [0.418, 0.2, "01"]
+    ball = {"artefact": "table_5_4", "sensor": "kinect", "error": "displacement"}
+    nu = one(table, **ball, quantity="poisson_ratio")
+    assert (nu["published"], nu["ours"], nu["point"]) == (0.418, 0.2, "01")
 
 
-def test_attempts_keep_their_names_and_translations_are_in_metres(published):
-    table = pd.DataFrame(
+def test_attempts_keep_their_names_and_translations_are_in_metres(compared):
+    attempts = pd.DataFrame(
         {"sensor": "kinect", "point": "11", "attempt": ["2", "mean", "standard deviation (n-1)"],
          "reduced_modulus_pa": [28269, 28270, 413], "provenance": "recorded"}
     )  # fmt: skip
-    found = compared(published, {"table_5_1": table})
-    assert one(found, artefact="table_5_1", point="11-a02")["published"] == 26600
-    assert one(found, artefact="table_5_1", point="11-a02")["ours"] == 28269
-    assert one(found, quantity="reduced_modulus_mean")["published"] == 30800
-    assert one(found, quantity="reduced_modulus_std")[["published", "ours"]].tolist() == [2700, 413]
-    # Translations are in metres.
-    table = pd.DataFrame({"row": [1], "r1": 1, "r2": 0, "r3": 0, "t_m": -0.025,
-                          "provenance": "simulated"})  # fmt: skip
-    found = one(compared(published, {"equation_4_12": table}), quantity="t1")
-    assert found["published"] == pytest.approx(-0.0250043218)
-    assert found["ours"] == -0.025
-    assert found["unit"] == "m"
+    transform = {"row": [1], "r1": 1, "r2": 0, "r3": 0, "t_m": -0.025, "provenance": "simulated"}
+    table = compared({"table_5_1": attempts, "equation_4_12": pd.DataFrame(transform)})
+    for wanted, published, ours in (
+        ({"artefact": "table_5_1", "point": "11-a02"}, 26600, 28269),
+        ({"quantity": "reduced_modulus_mean"}, 30800, 28270),
+        ({"quantity": "reduced_modulus_std"}, 2700, 413),
+        ({"quantity": "t1", "unit": "m"}, -0.0250043218, -0.025),
+    ):
+        row = one(table, **wanted)
+        assert (row["published"], row["ours"]) == (pytest.approx(published), ours)
 
 
 def steps(*values):
@@ -110,26 +94,17 @@ def steps(*values):
     ]
 
 
-def test_a_trace_settles_when_it_no_longer_leaves():
+def test_every_sensor_stands_beside_the_iteration_at_which_its_trace_settles(compared):
     assert comparison.settled_iteration(steps(1, 100, 50, 99.5, 100.5, 100)) == 4
     assert comparison.settled_iteration(steps(100, 100, 100)) == 1
-    assert comparison.settled_iteration(steps(1, 2, 3)) == 3
-
-
-def test_every_sensor_stands_beside_an_iteration_that_names_none(published):
     captures = [
         {"object": "foam_block", "sensor": sensor, "point": "16", "provenance": "simulated"}
         for sensor in ("bumblebee", "kinect")
     ]
     traces = [(capture, "force_displacement", steps(1, 100, 100)) for capture in captures]
-    table = compared(published, {}, traces=traces, nodes=[(captures[0], 1192)])
+    table = compared({}, traces=traces, nodes=[(captures[0], 1192)])
     mine = table[(table["artefact"] == "figure_5_8") & (table["quantity"] == "settled_iteration")]
     shown = mine[["sensor", "published", "ours"]].to_numpy().tolist()
     assert shown == [["bumblebee", 40, 2], ["kinect", 40, 2]]
     nodes = one(table, artefact="section_5_2_1")
-    assert nodes[["published", "ours", "sensor"]].tolist() == [1201, 1192, ""]
-
-
-def test_points_that_are_words_stay_words():
-    names = [printed.point_name(p) for p in (8, "08", 8.0, "lobe", None)]
-    assert names == ["08", "08", "08", "lobe", ""]
+    assert (nodes["published"], nodes["ours"], nodes["sensor"]) == (1201, 1192, "")

@@ -10,6 +10,9 @@ NAMES = ("table_4_2", "table_5_1", "table_5_2", "table_5_3", "table_5_4", "table
          "simulation", "text")  # fmt: skip
 
 
+CASE = {"sensor": ["bumblebee", "kinect"]}
+
+
 def points(ratio, *, seed=1):
     rng = np.random.default_rng(seed)
     number = np.tile(np.arange(1, 19), 2)
@@ -50,42 +53,33 @@ def simulation(linear_tracked, searched_tracked, linear_exact=(80685.0, 8965.0))
 
 
 def workspace(slope):
-    rows = []
-    for sensor in ("bumblebee", "kinect"):
-        for point in range(12):
-            for threshold in (0.05, 0.25, 0.45, 0.5, 0.6):
-                low = 2 if threshold == 0.05 else 1
-                rows.append(
-                    {"sensor": sensor, "point": point, "threshold_px": threshold,
-                     "selected": threshold == 0.45, "mean_z_m": 0.5 + 0.05 * point,
-                     "std_z_m": low * (1e-4 + slope * point * 1e-5), "inliers": 12 * threshold,
-                     "reprojection_error_px2": slope * threshold}
-                )  # fmt: skip
-    return pd.DataFrame(rows)
-
-
-def settled(block, ear, ball):
-    return pd.DataFrame(
-        {"object": ["foam_block", "ear", "foam_ball"], "sensor": "bumblebee",
-         "settled_iteration": [block[0], ear[0], ball[0]],
-         "error_first_mm": [block[1], ear[1], ball[1]],
-         "error_last_mm": [block[2], ear[2], ball[2]]}
+    keys = {"sensor": ["bumblebee", "kinect"], "point": range(12)}
+    keys |= {"threshold_px": [0.05, 0.25, 0.45, 0.5, 0.6]}
+    table = pd.MultiIndex.from_product(keys.values(), names=keys).to_frame(index=False)
+    point, threshold = table["point"], table["threshold_px"]
+    return table.assign(
+        selected=threshold == 0.45, mean_z_m=0.5 + 0.05 * point, inliers=12 * threshold,
+        std_z_m=np.where(threshold == 0.05, 2, 1) * (1e-4 + slope * point * 1e-5),
     )  # fmt: skip
 
 
-def noise(linear, searched, error="displacement", levels=(1e-4, 3e-4, 1e-3)):
+def settled(*rows):
+    names = ["settled_iteration", "error_first_mm", "error_last_mm"]
+    table = pd.DataFrame(rows, columns=names)
+    return table.assign(object=["foam_block", "ear", "foam_ball"], sensor="bumblebee")
+
+
+def noise(linear, searched, levels=(1e-4, 3e-4, 1e-3)):
     parts = [
         pd.DataFrame({"method": name, "noise_std_m": levels, "median_lame_lambda_pa": values})
-        for name, values in (("linear_method", linear), (f"minimise_{error}", searched))
+        for name, values in (("linear_method", linear), ("minimise_displacement", searched))
     ]
     known = {"true_lame_lambda_pa": 8e4, "true_lame_mu_pa": 9e3, "median_lame_mu_pa": 9e3}
     return pd.concat(parts).assign(**known)
 
 
 def volumes(one, turned):
-    return pd.DataFrame(
-        {"sensor": ["bumblebee", "kinect"], "one_view_change": one, "turned_change": turned}
-    )
+    return pd.DataFrame(CASE | {"one_view_change": one, "turned_change": turned})
 
 
 def angles(slope):
@@ -104,21 +98,15 @@ def clouds(sign):
     return table.assign(sensor=["bumblebee", "kinect"] * 6, value=sign * np.tile([0.14, 0.89], 6))
 
 
-CASE = {"sensor": ["bumblebee", "kinect"]}
 CLOSE = {"study_offset_std_mm": [1.98, 2.01]}
 TIP = {"sensor": "kinect", "axis": ["x", "y", "z"]}
 EITHER_WAY = [
     (checks.noisier_clouds, clouds(1), clouds(-1)),
-    (checks.stiffer_in_the_middle, points(1.4), points(1.0)),
     (checks.stiffer_in_the_middle, points(1.4), points(1.03)),
     (checks.repeatable, pd.DataFrame({"reduced_modulus_pa": [3e4, 3.1e4, 2.9e4]}),
      pd.DataFrame({"reduced_modulus_pa": [3e4, 4e4, 2e4]})),
     (checks.E_LARGER, estimates(), estimates(factor_displacement=0.9)),
-    (checks.NU_LARGER, estimates(), estimates(factor_displacement=0.9)),
-    (checks.KINECT_E_LARGER, estimates(), estimates(factor_kinect=0.9)),
     (checks.KINECT_NU_LARGER, estimates(), estimates(factor_kinect=0.9)),
-    (checks.NU_LARGER, judged("identified"),
-     estimates(factor_displacement=0.9).assign(poisson_ratio_verdict="identified")),
     (checks.below_hertz, estimates(), estimates(factor_kinect=2).query("sensor == 'kinect'")),
     (checks.displacement_nearer_to_hertz, estimates(), estimates(factor_displacement=0.9)),
     (checks.kinect_farther_from_hertz, estimates(factor_kinect=0.7), estimates()),
@@ -130,8 +118,6 @@ EITHER_WAY = [
      settled((11, 2, 2), (11, 2, 2), (30, 2, 2))),
     (checks.error_falls_little, settled((1, 2, 1.8), (1, 2, 1.99), (1, 2, 1)),
      settled((1, 2, 1.8), (1, 2, 1), (1, 2, 0.1))),
-    (checks.error_falls_little, settled((1, 2, 1.8), (1, 2, 1.99), (1, 2, 1)),
-     settled((1, 2, 1.98), (1, 2, 1.98), (1, 2, 1.97))),
     (checks.more_error_on_the_ball, settled((1, 3, 2), (1, 2, 2), (1, 19, 6)),
      settled((1, 3, 2), (1, 2, 2), (1, 19, 1))),
     (checks.exact_on_exact_data, simulation((1, 1), (1, 1)),
@@ -146,13 +132,10 @@ EITHER_WAY = [
      pd.DataFrame([[8e4, 9e3], [7e4, 9e3]], columns=checks.LAME)),
     (checks.DISPLACEMENT_BEARS_NOISE, noise((4e4, 3e4, 1e4), (8e4, 8.1e4, 7.9e4)),
      noise((4e4, 3e4, 1e4), (8e4, 8.1e4, 6e4))),
-    (checks.BOTH_BEAR_NOISE, noise((4e4, 3e4, 1e4), (8e4, 8.1e4, 7.9e4), "force_displacement"),
-     noise((8e4, 3e4, 1e4), (8e4, 8.1e4, 7.9e4), "force_displacement")),
     (sensor_checks.deepest_axis_worst, pd.DataFrame(TIP | {"std_cm": [0.1, 0.2, 0.3]}),
      pd.DataFrame(TIP | {"std_cm": [0.1, 0.4, 0.3]})),
     (sensor_checks.grows_with_distance, workspace(1), workspace(-1)),
     (sensor_checks.low_threshold_scatters, workspace(0), workspace(0).assign(std_z_m=range(120))),
-    (sensor_checks.MORE_REPROJECTION, workspace(1), workspace(-1)),
     (sensor_checks.MORE_INLIERS, workspace(1),
      workspace(1).assign(inliers=lambda t: -t["threshold_px"])),
     (sensor_checks.steadier_tracing, pd.DataFrame(CASE | {"study_offset_std_mm": [0.5, 0.6]}),
@@ -168,24 +151,15 @@ def test_a_check_comes_out_either_way(check, holding, failing):
     assert check(failing).holds is False
 
 
-def test_one_sensor_against_the_finding_decides():
-    both = points(1.4)
-    kinect = both["sensor"] == "kinect"
-    both.loc[kinect, "reduced_modulus_pa"] = 25e3 + both.loc[kinect, "point"]
-    assert checks.stiffer_in_the_middle(both).holds is False
-
-
 @pytest.mark.parametrize(
     ("check", "few"),
     [
         (checks.stiffer_in_the_middle, points(1.4).query("point in [8, 16, 17]")),
-        (checks.KINECT_E_LARGER, estimates().query("point == '08'")),
         (checks.KINECT_E_LARGER, estimates().query("sensor == 'kinect'")),
         (checks.softest_at_point_16, estimates().query("point != '17'")),
         (checks.softest_to_stiffest, estimates().query("object != 'ear'")),
         (checks.ear_settles_first, settled((40, 2, 2), (np.nan, 2, 2), (55, 2, 2))),
         (checks.DISPLACEMENT_BEARS_NOISE, noise((4e4,), (8e4,), levels=(1e-4,))),
-        (checks.NU_LARGER, judged("not identified", "not judged")),
         (checks.KINECT_NU_LARGER, judged("identified", "not judged")),
         (checks.BALL_KEEPS_ITS_VOLUME, judged("not judged")),
         (sensor_checks.steadier_tracing, pd.DataFrame(CASE | CLOSE)),
@@ -206,31 +180,20 @@ def test_sign_test():
     # Medians are of the pairs that count.
     found = verdicts.sign_test([3, 100, 100], [1, np.nan, 100], unit="Pa")
     assert found.evidence.endswith("medians 3 Pa and 1 Pa")
-    assert verdicts.sign_test([1, np.nan], [1, 2]).verdict == "not decided"
     with pytest.raises(ValueError, match="smaller: expected 2 values, found"):
         verdicts.sign_test([1, 2], [1, 2, 3])
 
 
-def test_chance_is_no_evidence_of_the_opposite():
+def test_chance_is_no_evidence_of_either():
     rng = np.random.default_rng(3)
     none = verdicts.trend_test(np.arange(20), rng.normal(size=20))
-    assert none.verdict == verdicts.OPEN
-    assert "of the opposite" in none.evidence
-    # Scatter this large neither shows a difference of a tenth nor excludes it.
-    wide = rng.normal(100, 30, size=(2, 6))
-    assert verdicts.rank_test(*wide, least_ratio=1.1).holds is None
-
-
-def test_each_capture_is_one_pair():
-    places = estimates().groupby(["object", "point"])["sensor"].nunique().eq(2).sum()
-    assert checks.KINECT_E_LARGER(estimates()).evidence.startswith(f"{places} of {places} pairs")
-
-
-def test_rank_test_asks_for_more_than_chance():
+    assert none.holds is None and "of the opposite" in none.evidence
     high, low = np.arange(10) + 100.0, np.arange(10) + 80.0
     assert verdicts.rank_test(high, low, least_ratio=1.1).holds is True
     assert verdicts.rank_test(high, low, least_ratio=1.5).holds is False
     assert verdicts.rank_test(high[:2], low[:2], least_ratio=1).holds is None
+    # Scatter this large neither shows a difference of a tenth nor excludes it.
+    assert verdicts.rank_test(*rng.normal(100, 30, size=(2, 6)), least_ratio=1.1).holds is None
 
 
 @pytest.fixture(scope="module")
@@ -243,8 +206,6 @@ def printed_tables(root):
 def test_a_run_without_captures_leaves_every_finding_open(printed_tables):
     table = findings.findings(printed_tables, {}, provenance="")
     assert (table["holds"] == "not decided").all()
-    assert (table["ours_evidence"] == findings.NOT_HERE).all()
-    assert table["finding"].is_unique
     # The printed numbers bear most of the study's words out, but not all.
     verdict = table.set_index("finding")["published_holds"]
     assert verdict["the block is stiffer in the middle than at its border"] == "holds"
@@ -253,13 +214,11 @@ def test_a_run_without_captures_leaves_every_finding_open(printed_tables):
     assert verdict["the Kinect gives larger nu than the Bumblebee"] == "not decided"
 
 
-def test_remarks_on_the_lab_stand_beside_simulated_captures_alone(printed_tables):
+def test_what_simulated_captures_exclude_is_not_judged_by_them(printed_tables):
     name = "the block is stiffer in the middle than at its border"
     for provenance, verdict in (("simulated", "not testable here"), ("recorded", "does not hold")):
         table = findings.findings(printed_tables, {"points": points(1.0)}, provenance=provenance)
-        row = table.set_index("finding").loc[name]
-        assert row["holds"] == verdict
-        assert ("homogeneous" in row["remark"]) == (provenance == "simulated")
+        assert table.set_index("finding").loc[name, "holds"] == verdict
 
 
 def test_moduli_stand_with_the_verdict_on_their_minima(printed_tables):
@@ -271,8 +230,3 @@ def test_moduli_stand_with_the_verdict_on_their_minima(printed_tables):
     assert "not identified 13, not judged 13" in E["remark"]
     assert nu["holds"] == "not decided"
     assert "too few identify nu" in nu["ours_evidence"]
-
-
-def test_thresholds_are_those_of_the_text(root):
-    text = pd.read_csv(root / "config/published/text.csv")
-    assert findings.printed_thresholds(text) == {"bumblebee": 0.25, "kinect": 0.45}

@@ -17,11 +17,11 @@ from settings import written
 from thesis.options import StudyConfig
 from validation import randomised_rigs
 from virtual_lab.checks import OF_OBJECT, lab_problems
-from virtual_lab.draw import draw_alone, draw_lab, main
+from virtual_lab.randomise import main, random_lab, single_errors
 from virtual_lab.specification import Lab
 
 SEEDS = (1, 2, 3, 4)
-DRAW = ("-m", "virtual_lab.draw", "config/validation.yaml")
+RANDOMISE = ("-m", "virtual_lab.randomise", "config/validation.yaml")
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,7 @@ def base(root):
 
 @pytest.fixture(scope="module")
 def labs(ranges, base, probe):
-    return {seed: draw_lab(ranges, base, probe, seed=seed) for seed in SEEDS}
+    return {seed: random_lab(ranges, base, probe, seed=seed) for seed in SEEDS}
 
 
 @pytest.fixture(scope="module")
@@ -45,13 +45,13 @@ def objects(labs):
 
 
 def test_a_seed_says_all(ranges, base, probe, labs):
-    assert draw_lab(ranges, base, probe, seed=2) == labs[2]
+    assert random_lab(ranges, base, probe, seed=2) == labs[2]
     materials = [str(spec["material"]) for lab in labs.values() for spec in lab["objects"].values()]
     assert len(set(materials)) == len(materials)
 
 
 def test_fewer_objects_are_the_first_of_many(ranges, base, probe, labs):
-    few = draw_lab(ranges | {"objects": 3}, base, probe, seed=1)["objects"]
+    few = random_lab(ranges | {"objects": 3}, base, probe, seed=1)["objects"]
     assert few == {name: labs[1]["objects"][name] for name in few}
     assert len(few) == 3
 
@@ -94,7 +94,7 @@ def test_forces_can_be_measured(ranges, objects, probe):
 def test_ranges_without_a_press_are_one_line(ranges, base, probe):
     nowhere = ranges | {"press": ranges["press"] | {"force_n": [1e5, 1e6]}}
     with pytest.raises(ValueError, match="press: expected depths up to .* found none in"):
-        draw_lab(nowhere, base, probe, seed=1)
+        random_lab(nowhere, base, probe, seed=1)
 
 
 @pytest.mark.parametrize(
@@ -155,7 +155,7 @@ def test_a_run_takes_the_randomised_lab(root, tmp_path, monkeypatch):
 
 
 def test_each_error_stands_alone_at_twice_its_size(ranges, base, probe):
-    lab, like = draw_alone(ranges, base, probe, seed=1)
+    lab, like = single_errors(ranges, base, probe, seed=1)
     sizes = {k: size for k, size in ranges["device"].items() if k not in OF_OBJECT}
     signs = {"signs_alone": True}
     for spec in lab["objects"].values():
@@ -172,7 +172,7 @@ def test_each_error_stands_alone_at_twice_its_size(ranges, base, probe):
 def test_dry_run(root, tmp_path):
     folder = tmp_path / "main"
     shutil.copytree(root, folder, ignore=LEFT_BEHIND)
-    command = [sys.executable, *DRAW, "validation/1", "--seed", "1"]
+    command = [sys.executable, *RANDOMISE, "validation/1", "--seed", "1"]
     subprocess.run(command, cwd=folder, env={"PYTHONPATH": "workflow/scripts"}, check=True)
     config = "validation/1/config.yaml"
     done = snakemake(folder, "--configfile", config, "--dry-run", "--", "validation")

@@ -4,35 +4,37 @@ import numpy as np
 import pytest
 import yaml
 from scipy.optimize import brentq
-from virtual_lab.block_mesh import block_mesh, graded_axis
-from virtual_lab.contact import ContactProblem, Grip
+from virtual_lab.block import block_mesh, graded_axis
+from virtual_lab.contact import ContactProblem
+from virtual_lab.indentation import contact_problem, grade_of, indent_object
 from virtual_lab.material import blatz_ko, neo_hookean
-from virtual_lab.obstacle import Sphere, Table
-from virtual_lab.press import contact_problem, first_touch, grade_of, patch_points, press_object
+from virtual_lab.obstacle import Sphere
 from virtual_lab.shapes import Ball
 
 R = 0.00622
 E, NU = 25e3, 0.3
 E_STAR = E / (1 - NU**2)
+MATERIAL = {"law": "neo_hookean", "youngs_modulus_pa": E, "poisson_ratio": NU}
+CONTACT = {"step_m": 0.001, "deepest_m": 0.003, "element_m": 0.002, "growth": 2.0}
+CONTACT |= {"reach_m": 0.012, "friction": 0.0}
 
 
 def quarter_block(height_m, element_m, depths_m, *, law=neo_hookean, friction=0.0, width_m=0.12):
-    """Press a wide bonded block, of which a quarter is solved; the problem and its steps."""
-    growth = 1.9
-    axis = graded_axis(0.0, width_m, 0.0, element_m, growth)
-    levels = graded_axis(0.0, height_m, height_m, element_m, growth)
-    mesh = block_mesh(axis, axis, levels, reach_m=0.012, centre_m=np.zeros(2)).solid
+    """Indent a wide bonded block, of which a quarter is solved; its mesh and load steps."""
+    axis = graded_axis(0.0, width_m, 0.0, element_m, 1.9)
+    levels = graded_axis(0.0, height_m, height_m, element_m, 1.9)
+    *_, mesh = block_mesh(axis, axis, levels, reach_m=0.012, centre_m=np.zeros(2))
     fixed = np.zeros(mesh.nodes_m.shape, dtype=bool)
     fixed[mesh.nodes_m[:, 2] < 1e-9] = True
     for side in range(2):
         fixed[mesh.nodes_m[:, side] < 1e-9, side] = True
     sphere = Sphere(np.array([0, 0, height_m + R]), R, friction)
     problem = ContactProblem(mesh, law(E, NU), [sphere], stiffness_pa=E, fixed=fixed)
-    return problem, problem.press(np.asarray(depths_m))
+    return mesh, problem.indent(np.asarray(depths_m))
 
 
 def forces_n(steps, share=4):
-    """What the sphere feels."""
+    """Force on the sphere."""
     return np.array([-share * step.forces_n[0, 2] for step in steps])
 
 
@@ -57,20 +59,15 @@ def shallow():
     return depths, quarter_block(0.12, 0.0005, depths, width_m=0.06)[1]
 
 
-@pytest.fixture(scope="module")
-def layer():
-    depths = np.linspace(0.001, 0.003, 3)
-    return depths, quarter_block(0.0475, 0.0014, depths)[1]
-
-
 def test_hertz_at_small_depth(shallow):
     depths, steps = shallow
     hertz = 4 / 3 * E_STAR * np.sqrt(R) * depths**1.5
     assert np.abs(forces_n(steps)[2:] / hertz[2:] - 1).max() < 0.03
 
 
-def test_bonded_layer_to_three_millimetres(layer):
-    depths, steps = layer
+def test_bonded_layer_to_three_millimetres():
+    depths = np.linspace(0.001, 0.003, 3)
+    steps = quarter_block(0.0475, 0.0014, depths)[1]
     assert np.abs(forces_n(steps) / bonded_layer(depths, 0.0475) - 1).max() < 0.05
 
 
@@ -90,16 +87,16 @@ def test_forces_and_energy_balance(shallow):
 @pytest.mark.long
 def test_friction_holds_points_and_hardly_changes_the_force():
     depths = np.linspace(0.0001, 0.0006, 6)
-    smooth, without = quarter_block(0.03, 0.0007, depths, width_m=0.03)
+    mesh, without = quarter_block(0.03, 0.0007, depths, width_m=0.03)
     _, with_friction = quarter_block(0.03, 0.0007, depths, width_m=0.03, friction=0.5)
     assert forces_n(with_friction) == pytest.approx(forces_n(without), rel=0.03)
-    nodes = smooth.mesh.nodes_m
+    nodes = mesh.nodes_m
     inner = (nodes[:, 2] > 0.03 - 1e-9) & (np.hypot(nodes[:, 0], nodes[:, 1]) < 0.001)
-    # Under the sphere, points slide towards the middle unless friction holds them.
-    slid, held = (
+    # Under the sphere, points slide towards the middle unless friction resists.
+    slid, stuck = (
         np.abs(steps[-1].displacement_m[inner, :2]).max() for steps in (without, with_friction)
     )
-    assert held < 0.6 * slid
+    assert stuck < 0.6 * slid
 
 
 @pytest.mark.long
@@ -114,157 +111,109 @@ def test_a_foam_law_agrees_at_small_depth_and_is_stiffer_deep():
 
 @pytest.mark.long
 def test_a_ball_on_the_table_is_two_contacts_in_series(root):
-    """Each side gives way as Hertz says, the probe into the top and the ball onto the table."""
+    """Each side yields as Hertz says, at the probe and at the table."""
     spec = yaml.safe_load((root / "config/lab.yaml").read_text())["objects"]["foam_ball"]
     spec["contact"] |= {"table_friction": 0.0}
     radius = spec["shape"]["radius_m"]
-    model = Ball(radius).model([0, 0, 2 * radius], spec["contact"])
-    start = first_touch(patch_points(model.solid, "top"), np.array([0, 0, 2 * radius]), R)
-    steps = contact_problem(spec, model, start, R).press(np.array([0.001, 0.002]))
+    top = np.array([0, 0, 2 * radius])
+    problem = contact_problem(spec, Ball(radius).model(top, spec["contact"]), top, R)
     modulus = spec["material"]["youngs_modulus_pa"] / (1 - spec["material"]["poisson_ratio"] ** 2)
 
     def depth(force):
         ends = 1 / (1 / R + 1 / radius), radius
         return sum((0.75 * force / (modulus * np.sqrt(end))) ** (2 / 3) for end in ends)
 
-    for step in steps:
+    for step in problem.indent(np.array([0.001, 0.002])):
         assert step.forces_n[:, 2].sum() == pytest.approx(0, abs=1e-6 * step.forces_n[1, 2])
         hertz = brentq(lambda force, step=step: depth(force) - step.depth_m, 1e-6, 100)
         assert 4 * step.forces_n[1, 2] == pytest.approx(hertz, rel=0.04)
 
 
-def loose_ball(element_m):
-    """A sphere above a ball that stands loose, and slips in part."""
-    size, top = 0.066, np.array([0, 0, 0.132])
-    spec = {
-        "material": {"law": "blatz_ko", "youngs_modulus_pa": 72e3, "poisson_ratio": 0.22},
-        "contact": {
-            "element_m": element_m,
-            "spacing_m": 8 * element_m,
-            "deepest_m": 0.003,
-            "friction": 0.0,
-            "table_friction": 0.2,
-        },
-    }
-    model = Ball(size).model(top, spec["contact"])
-    start = first_touch(patch_points(model.solid, "top"), top, R)
-    return contact_problem(spec, model, start, R)
-
-
 @pytest.mark.long
-def test_a_ball_that_slips_in_part_comes_to_rest():
-    problem, depths = loose_ball(0.002), np.linspace(0, 0.0023, 7)[1:]
-    problem.press(depths)
+def test_an_unbonded_ball_that_slips_in_part_comes_to_rest():
+    top = np.array([0, 0, 0.132])
+    contact = {"element_m": 0.002, "spacing_m": 0.016, "deepest_m": 0.003}
+    contact |= {"friction": 0.0, "table_friction": 0.2}
+    material = {"law": "blatz_ko", "youngs_modulus_pa": 72e3, "poisson_ratio": 0.22}
+    spec = {"material": material, "contact": contact}
+    problem, depths = (
+        contact_problem(spec, Ball(0.066).model(top, contact), top, R),
+        np.linspace(0, 0.0023, 7)[1:],
+    )
+    problem.indent(depths)
     # With the symmetric part of friction's tangent alone they are a fifth more.
     assert problem.iterations < 14 * len(depths)
 
 
-@pytest.mark.parametrize("moved_m, pressure_pa", [(1e-8, 500.0), (1e-4, 500.0), (1e-4, 0.0)])
-def test_the_tangent_of_friction_is_the_traction_s_slope(moved_m, pressure_pa):
-    """Of what sticks, slips and is not pressed: central differences of both by the place."""
-    problem = loose_ball(0.006)
-    table = problem.obstacles[1]
-    penalty = problem.penalty * table.penalty
-    grip = Grip(np.zeros((1, 1, 3)), np.array([[[0.3, -0.2, 0.0]]]))
-    at = np.array([[[moved_m, 0.5 * moved_m, -pressure_pa / penalty]]])
-
-    def traction(place):
-        gap, normal, _ = table.gap(place, 0.0)
-        return problem._friction(table, grip, normal, penalty * np.maximum(-gap, 0), place)
-
-    step = 1e-10
-    slopes = [
-        (traction(at + way)[0] - traction(at - way)[0])[0, 0] / (2 * step)
-        for way in step * np.eye(3)[:, None, None] * np.ones((1, 1, 1))
-    ]
-    tangent = traction(at)[1][0, 0]
-    if pressure_pa:
-        np.testing.assert_allclose(tangent, -np.transpose(slopes), atol=1e-4 * penalty)
-    else:
-        assert not tangent.any()
+LOBE = [-0.0345, 0.001, 0.01603]
 
 
-def test_the_table_pushes_back_where_something_is_below_it():
-    gap, normal, curvature = Table().gap(np.array([[0.1, 0.2, -0.003], [0, 0, 0.001]]), 0.0)
-    assert gap.tolist() == [-0.003, 0.001]
-    assert normal.tolist() == [[0, 0, 1]] * 2
-    assert not curvature.any()
+@pytest.mark.parametrize(
+    ("name", "point", "deepest_m", "line"),
+    [
+        ("foam_block", [0.4, 0, 0.0475], 0.009, "point: expected on the block's top face"),
+        ("foam_block", [0, 0, 0.0475], 0.05, "contact.deepest_m: expected less than 0.0475"),
+        ("foam_ball", [0, 0, 0.1], 0.01, "point: expected on the ball's top"),
+        ("foam_ball", [0, 0, 0.1228], 0.2, "contact.deepest_m: expected less than 0.0614"),
+        ("ear", [0, 0, 0.2], 0.004, "point: expected on the ear's surface"),
+        ("ear", LOBE, 0.03, "contact.deepest_m: expected less than 0.01603"),
+    ],
+)
+def test_indentations_that_are_rejected(root, name, point, deepest_m, line):
+    spec = yaml.safe_load((root / "config/lab.yaml").read_text())["objects"][name]
+    spec["contact"]["deepest_m"] = deepest_m
+    with pytest.raises(ValueError, match=line):
+        indent_object(spec, point, R)
 
 
-def test_what_the_lab_refuses(root):
-    spec = yaml.safe_load((root / "config/lab.yaml").read_text())["objects"]
-    block, ball, ear = spec["foam_block"], spec["foam_ball"], spec["ear"]
-
-    def deep(chosen, depth):
-        return chosen | {"contact": chosen["contact"] | {"deepest_m": depth}}
-
-    cases = [
-        (block, [0.4, 0, 0.0475], "point: expected on the block's top face"),
-        (deep(block, 0.05), [0, 0, 0.0475], "deepest_m: expected 0 < depth < 0.0475 m"),
-        (ball, [0, 0, 0.1], "point: expected the ball's top"),
-        (deep(ball, 0.2), [0, 0, 0.1228], "deepest_m: expected 0 < depth < 0.0614 m"),
-        (ear, [0, 0, 0.2], "point: expected on the object's surface"),
-        (deep(ear, 0.03), [-0.0345, 0.001, 0.01603], "deepest_m: expected 0 < depth < 0.0160"),
-    ]
-    for chosen, point, said in cases:
-        with pytest.raises(ValueError, match=said):
-            press_object(chosen, point, R)
+def block(size_m, material=MATERIAL, **contact):
+    shape = {"kind": "block", "size_m": size_m}
+    return {"shape": shape, "material": material, "contact": CONTACT | contact}
 
 
 @pytest.mark.long
 def test_a_quarter_gives_the_force_of_a_half():
-    block = {
-        "shape": {"kind": "block", "size_m": [0.1, 0.08, 0.04]},
-        "material": {"law": "neo_hookean", "youngs_modulus_pa": E, "poisson_ratio": NU},
-    }
-    contact = {"step_m": 0.001, "deepest_m": 0.003, "element_m": 0.002, "growth": 2.0}
-    contact |= {"reach_m": 0.012, "friction": 0.0}
     half, quarter = (
-        press_object(block | {"contact": contact | more}, [0.0, 0.0, 0.04], R)
+        indent_object(block([0.1, 0.08, 0.04], **more), [0.0, 0.0, 0.04], R)
         for more in ({}, {"straight": True})
     )
     assert quarter.force_n == pytest.approx(half.force_n, rel=1e-3)
-    moved = [ladder.surface_displacement_m[-1] for ladder in (half, quarter)]
+    moved = [steps.surface_displacement_m[-1] for steps in (half, quarter)]
     assert moved[1] == pytest.approx(moved[0], abs=2e-6)
 
 
 @pytest.mark.long
 def test_the_surface_far_from_the_contact_is_that_of_finer_elements(root):
     lab = yaml.safe_load((root / "config/lab.yaml").read_text())["objects"]["foam_block"]["contact"]
-    block = {
-        "shape": {"kind": "block", "size_m": [0.12, 0.12, 0.0475]},
-        "material": {"law": "neo_hookean", "youngs_modulus_pa": E, "poisson_ratio": NU},
-    }
-    contact = lab | {"step_m": 0.001, "deepest_m": 0.001, "element_m": 0.002, "straight": True}
+    lab |= {"step_m": 0.001, "deepest_m": 0.001, "element_m": 0.002, "straight": True}
     used, fine = (
-        press_object(block | {"contact": contact | more}, [0.0, 0.0, 0.0475], R)
+        indent_object(block([0.12, 0.12, 0.0475], **(lab | more)), [0.0, 0.0, 0.0475], R)
         for more in ({}, {"growth": 1.25})
     )
     away = np.linalg.norm(used.surface_rest_m - used.point_m, axis=1)
     for low, high in ((0.008, 0.02), (0.02, 0.03), (0.03, 0.045)):
         ring = (away > low) & (away < high)
-        moved, true = (ladder.surface_displacement_m[-1][ring] for ladder in (used, fine))
+        moved, true = (steps.surface_displacement_m[-1][ring] for steps in (used, fine))
         assert (moved * true).sum() / (true * true).sum() == pytest.approx(1, abs=0.02)
+
+
+def test_a_skin_fades_out_and_a_gradient_grows_to_the_base():
+    places = np.zeros((5, 3))
+    places[:, 2] = [0.0, 0.02, 0.0388, 0.0396, 0.04]
+    skin = {"skin": {"thickness_m": 0.002, "stiffer": 3.0}}
+    assert grade_of(skin, places, 0.04) == pytest.approx([1, 1, 3, 3, 3])
+    assert grade_of({"gradient": 0.2}, places, 0.04)[:2] == pytest.approx([1.2, 1.1])
 
 
 @pytest.mark.long
 def test_a_graded_solid_lies_between_its_ends():
-    """A skin through all of a block is a stiffer block; a stiffer foot adds a part of itself."""
-    places = np.zeros((1, 5, 3))
-    places[0, :, 2] = [0.0, 0.02, 0.0388, 0.0396, 0.04]
-    skin = {"skin": {"thickness_m": 0.002, "stiffer": 3.0}}
-    assert grade_of(skin, places, 0.04) == pytest.approx(np.array([[1, 1, 3, 3, 3]]))
-    assert grade_of({"gradient": 0.2}, places, 0.04)[0, :2] == pytest.approx([1.2, 1.1])
-    block = {
-        "shape": {"kind": "block", "size_m": [0.1, 0.1, 0.04]},
-        "contact": {"step_m": 0.001, "deepest_m": 0.003, "element_m": 0.002, "growth": 2.0}
-        | {"reach_m": 0.012, "friction": 0.0},
-    }
-    plain = {"law": "neo_hookean", "youngs_modulus_pa": E, "poisson_ratio": NU}
+    """A skin through all of a block is a stiffer block; a stiffer base adds a part of itself."""
     through = {"skin": {"thickness_m": 1.0, "stiffer": 2.0}}
-    force_n = [
-        press_object(block | {"material": plain | more}, [0.0, 0.0, 0.04], R).force_n[-1]
-        for more in ({}, through, {"gradient": 0.2})
-    ]
-    assert force_n[1] == pytest.approx(2 * force_n[0], rel=1e-3)
-    assert 1.01 < force_n[2] / force_n[0] < 1.1
+    thin = {"skin": {"thickness_m": 0.002, "stiffer": 2.0}}
+    plain, whole, skin, base = (
+        indent_object(block([0.1, 0.1, 0.04], MATERIAL | more), [0.0, 0.0, 0.04], R).force_n[-1]
+        for more in ({}, through, thin, {"gradient": 0.2})
+    )
+    assert whole == pytest.approx(2 * plain, rel=1e-3)
+    assert plain < skin < whole
+    assert 1.01 < base / plain < 1.1

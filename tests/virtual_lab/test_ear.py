@@ -41,27 +41,19 @@ def near(lattice):
 
 
 @pytest.mark.parametrize(("axis", "sign"), [(0, -1), (0, 1), (1, -1), (1, 1), (2, 1)])
-def test_fills_its_box(lattice, axis, sign):
+def test_fills_its_box_and_no_more(lattice, axis, sign):
+    """It meets the plane 0.1 mm inside each face, and not the one as far outside."""
     points, values = lattice
-    face = EAR_BOX_M[axis] / (1 if axis == 2 else 2)
-    inside = points[values < 0]
+    inside, face = points[values < 0], EAR_BOX_M[axis] / (1 if axis == 2 else 2)
+    assert inside[:, 2].min() > 0 and (sign * inside[:, axis]).max() <= face + 1e-4
     farthest = inside[np.argmax(sign * inside[:, axis])]
     low, high = farthest - 0.012, farthest + 0.012
     low[2] = max(low[2], 1e-5)
     low[axis], high[axis] = 0, 1e-9
     plane = grid(low, high, 4e-4).reshape(-1, 3)
-    plane[:, axis] = sign * (face - 1e-4)
-    assert ear_distance(plane).min() < 0
-    plane[:, axis] = sign * (face + 1e-4)
-    assert ear_distance(plane).min() > 0
-
-
-def test_nothing_leaves_the_box(lattice):
-    points, values = lattice
-    inside = points[values < 0]
-    assert (np.abs(inside[:, :2]) <= np.array(EAR_BOX_M[:2]) / 2 + 1e-4).all()
-    assert inside[:, 2].min() > 0
-    assert inside[:, 2].max() <= EAR_BOX_M[2] + 1e-4
+    for beyond, meets in ((-1e-4, True), (1e-4, False)):
+        plane[:, axis] = sign * (face + beyond)
+        assert (ear_distance(plane).min() < 0) == meets
 
 
 def test_is_one_piece_without_voids(lattice):

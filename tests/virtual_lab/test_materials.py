@@ -1,10 +1,9 @@
-"""Constitutive laws and relaxation against derivatives and closed forms."""
+"""Constitutive laws, relaxation and softening against derivatives and closed forms."""
 
 import numpy as np
 import pytest
 from scipy.special import erf
-from virtual_lab.material import LAWS, blatz_ko, lame, neo_hookean
-from virtual_lab.relaxation import relaxed_force, softening
+from virtual_lab.material import LAWS, lame, relaxed_force, softening
 
 
 @pytest.mark.parametrize("name", sorted(LAWS))
@@ -26,24 +25,13 @@ def test_small_strains_are_hookes(name):
     lam, mu = lame(E, nu)
     strain = 1e-6 * np.array([[1, 0.4, 0], [0.4, -2, 0.3], [0, 0.3, 0.5]])
     W, P, _ = LAWS[name](E, nu)(np.eye(3) + strain)
-    assert np.allclose(
-        P, lam * np.trace(strain) * np.eye(3) + 2 * mu * strain, rtol=1e-4, atol=1e-4
-    )
+    hooke = lam * np.trace(strain) * np.eye(3) + 2 * mu * strain
+    assert np.allclose(P, hooke, rtol=1e-4, atol=1e-4)
     assert LAWS[name](E, nu)(np.eye(3))[0] == pytest.approx(0, abs=1e-9)
     assert W > 0
 
 
-def test_what_a_law_refuses():
-    for law, E, nu, said in [
-        (neo_hookean, 1e4, 0.5, "poisson_ratio: expected 0 <= nu < 0.5, found 0.5"),
-        (neo_hookean, 0.0, 0.3, "youngs_modulus_pa: expected a number > 0, found 0.0"),
-        (blatz_ko, 1e4, 0.0, "poisson_ratio: expected 0 < nu < 0.5 for blatz_ko, found 0.0"),
-    ]:
-        with pytest.raises(ValueError, match=said):
-            law(E, nu)
-
-
-def test_relaxation_of_a_held_step_and_of_a_ramp():
+def test_relaxation_of_a_step_and_of_a_ramp():
     time_s = np.linspace(0, 5, 5001)
     series = {"fractions": [0.2, 0.1], "times_s": [0.3, 3.0]}
     step = relaxed_force(time_s, np.ones_like(time_s), **series)
@@ -54,17 +42,14 @@ def test_relaxation_of_a_held_step_and_of_a_ramp():
     for g, tau in zip(series["fractions"], series["times_s"], strict=True):
         integral = integral + g * tau * (1 - np.exp(-time_s / tau))
     assert np.allclose(ramp, integral, atol=1e-9)
-    with pytest.raises(ValueError, match="relaxation: expected fractions with a sum < 1"):
-        relaxed_force(time_s, time_s, fractions=[0.6, 0.5], times_s=[1, 2])
 
 
-def test_a_first_press_softens_what_follows():
+def test_a_first_loading_softens_what_follows():
     """Down, half up, down again and up: W of a force c d^1.5 is as d^2.5."""
     depth = np.concatenate([np.linspace(0, 4, 401), np.linspace(4, 2, 201), np.linspace(2, 5, 301)])
     depth = np.concatenate([depth, np.linspace(5, 0, 501)]) * 1e-3
     left = softening(depth, 3.0 * depth**1.5, 0.4)
     assert np.all(left[:401] == 1) and np.all(left[803:903] == 1)
-    half = 1 - 0.4 * erf((1 - 0.5**2.5) / 0.3)
-    assert left[601] == pytest.approx(half, rel=1e-4)
+    assert left[601] == pytest.approx(1 - 0.4 * erf((1 - 0.5**2.5) / 0.3), rel=1e-4)
     assert left[802] == pytest.approx(1, abs=1e-3)
     assert left[-1] == pytest.approx(0.6, rel=1e-4)

@@ -1,4 +1,4 @@
-"""Presses as people make them: holds, releases, along an inclined line, of a loose block."""
+"""Indentations as operators make them: held, released, inclined, of an unbonded block."""
 
 import numpy as np
 import pytest
@@ -6,9 +6,9 @@ from palpate.vision.force import WRENCH, zeroed
 from palpate.vision.indentation import frame_wrenches
 from palpate.vision.options import Force
 from palpate.vision.probe import marker_columns
-from virtual_lab.ladder import ContactLadder, load_ladder, mirrored, save_ladder
-from virtual_lab.motion import HOVER_M, Hand
-from virtual_lab.press import contact_problem, first_touch, patch_points, press_object
+from virtual_lab.indentation import contact_problem, indent_object
+from virtual_lab.load_steps import LoadSteps, mirrored, read_load_steps, write_load_steps
+from virtual_lab.motion import HOVER_M, Operator
 from virtual_lab.record import FACING
 from virtual_lab.shapes import shape_of
 from virtual_lab.wrench import gauge_record
@@ -16,64 +16,70 @@ from virtual_lab.wrench import gauge_record
 R = 0.00622
 TILT_RAD = np.deg2rad(20)
 INCLINED = np.array([np.sin(TILT_RAD), 0.0, -np.cos(TILT_RAD)])
-STEADY = {
-    "frame_rate_hz": 10,
-    "rest_s": 0.5,
-    "approach_s": 0.6,
-    "press_s": 1.5,
-    "approach_m": 0.015,
-    "depth_m": 0.006,
-    "pace_spread": 0.1,
-    "depth_spread": 0.0,
-    "tilt_deg": 0.0,
-    "tilt_tremor_deg": 0.0,
-    "depth_tremor_m": 0.0,
-    "lateral_tremor_m": 0.0006,
-}
+STEADY = {"frame_rate_hz": 10, "rest_s": 0.5, "approach_s": 0.6, "press_s": 1.5}
+STEADY |= {"approach_m": 0.015, "depth_m": 0.006, "pace_spread": 0.1, "lateral_tremor_m": 0.0006}
+STEADY |= dict.fromkeys(("depth_spread", "tilt_deg", "tilt_tremor_deg", "depth_tremor_m"), 0.0)
 TOP = np.array([0.0, 0.0, 0.02])
 BLOCK = {
     "shape": {"kind": "block", "size_m": [0.05, 0.03, 0.02]},
     "material": {"law": "neo_hookean", "youngs_modulus_pa": 25000, "poisson_ratio": 0.3},
-    "contact": {
-        "step_m": 0.00075,
-        "deepest_m": 0.0015,
-        "element_m": 0.0015,
-        "growth": 1.9,
-        "reach_m": 0.009,
-        "friction": 0.0,
-    },
+    "contact": {"step_m": 0.00075, "deepest_m": 0.0015, "element_m": 0.0015}
+    | {"growth": 1.9, "reach_m": 0.009, "friction": 0.0},
 }
 
 
-def hand_of(seed=1, **options):
+def operator_of(seed=1, **options):
     rng = np.random.default_rng(seed)
     more = {key: options.pop(key) for key in ("direction",) if key in options}
-    return Hand(STEADY | options, point_m=TOP, radius_m=R, facing=FACING, rng=rng, **more)
+    return Operator(STEADY | options, point_m=TOP, radius_m=R, facing=FACING, rng=rng, **more)
 
 
-def test_the_film_lasts_as_long_as_the_motion():
+def test_motion_is_smooth_and_touches_at_the_point():
+    operator = operator_of(frames=24, tilt_deg=4.0, tilt_tremor_deg=0.25, depth_tremor_m=3e-5)
+    path = operator.at(np.arange(0, 4, 0.001))
+    assert path.depth_m[0] == pytest.approx(-0.015)
+    assert path.depth_m.max() == pytest.approx(0.006, abs=2e-4)
+    assert np.abs(np.diff(path.tip_m, axis=0)).max() < 0.06 * 0.001 * 2
+    assert np.abs((path.tip_m - TOP)[path.depth_m >= 0, :2]).max() < 1e-9
+    assert np.allclose(TOP[2] - (path.tip_m[:, 2] - R), path.depth_m)
+    assert np.allclose(np.linalg.det(path.object_from_force), 1)
+    assert np.degrees(np.arccos(-path.object_from_force[:, 2, 2])).max() < 8
+
+
+def test_operators_differ_in_depth():
+    depths = [
+        operator_of(seed, frames=24, depth_spread=0.08).at(np.arange(0, 4, 0.01)).depth_m.max()
+        for seed in range(6)
+    ]
+    assert 0.0045 < min(depths) < max(depths) < 0.0062
+    assert np.ptp(depths) > 1.5e-4
+
+
+def test_a_recording_lasts_as_long_as_the_motion():
     for hold_s in (0.0, 5.0):
-        hand = hand_of(hold_s=hold_s)
-        ends_s = 0.5 + 0.6 + 1.5 * hand.pace + hold_s
-        assert 0 <= ends_s - (hand.frames - 1) / 10 < 0.1
-        depth = hand.at(np.array([ends_s - hold_s, ends_s])).depth_m
+        operator = operator_of(hold_s=hold_s)
+        ends_s = 0.5 + 0.6 + 1.5 * operator.pace + hold_s
+        assert 0 <= ends_s - (operator.frames - 1) / 10 < 0.1
+        depth = operator.at(np.array([ends_s - hold_s, ends_s])).depth_m
         assert depth == pytest.approx([0.006, 0.006])
-    assert hand_of(frames=24).frames == 24
+    assert operator_of(frames=24).frames == 24
 
 
-def test_a_release_goes_back_as_the_press_came():
-    hand = hand_of(hold_s=0.7, release_s=1.5)
-    deepest_s = 0.5 + 0.6 + 1.5 * hand.pace
-    before = np.linspace(0, 1.5 * hand.pace, 40)
-    pressing = hand.at(deepest_s - before).depth_m
-    assert np.allclose(hand.at(deepest_s + 0.7 + before).depth_m, pressing)
+def test_a_release_is_the_loading_backwards():
+    operator = operator_of(hold_s=0.7, release_s=1.5)
+    deepest_s = 0.5 + 0.6 + 1.5 * operator.pace
+    before = np.linspace(0, 1.5 * operator.pace, 40)
+    pressing = operator.at(deepest_s - before).depth_m
+    assert np.allclose(operator.at(deepest_s + 0.7 + before).depth_m, pressing)
     assert pressing[0] == pytest.approx(0.006) and pressing[-1] == pytest.approx(-HOVER_M)
-    assert (hand.frames - 1) / 10 == pytest.approx(deepest_s + 0.7 + 1.5 * hand.pace, abs=0.1)
+    assert (operator.frames - 1) / 10 == pytest.approx(
+        deepest_s + 0.7 + 1.5 * operator.pace, abs=0.1
+    )
 
 
-def test_an_inclined_hand_goes_along_its_line():
-    hand = hand_of(frames=24, direction=INCLINED)
-    path = hand.at(np.arange(0, 4, 0.01))
+def test_an_inclined_indentation_goes_along_its_line():
+    operator = operator_of(frames=24, direction=INCLINED)
+    path = operator.at(np.arange(0, 4, 0.01))
     away = path.tip_m - (TOP - R * INCLINED)
     assert np.allclose(away @ INCLINED, path.depth_m)
     touching = path.depth_m >= 0
@@ -85,12 +91,12 @@ def test_an_inclined_hand_goes_along_its_line():
 
 @pytest.fixture(scope="module")
 def straight():
-    return press_object(BLOCK, TOP, R)
+    return indent_object(BLOCK, TOP, R)
 
 
 @pytest.fixture(scope="module")
 def inclined():
-    return press_object(BLOCK, TOP, R, direction=2 * INCLINED)
+    return indent_object(BLOCK, TOP, R, direction=2 * INCLINED)
 
 
 @pytest.mark.long
@@ -106,22 +112,22 @@ def test_a_smooth_sphere_slides_on_a_flat_face(straight, inclined):
     assert inclined.force_n[1:] == pytest.approx(-force @ INCLINED)
 
 
-def test_an_inclined_press_out_of_a_mirrored_models_plane_is_refused():
+def test_an_inclined_indentation_out_of_a_mirrored_models_plane_is_rejected():
     with pytest.raises(ValueError, match="direction: expected within the planes of symmetry"):
-        press_object(BLOCK, TOP, R, direction=[0.0, 0.3, -0.9])
+        indent_object(BLOCK, TOP, R, direction=[0.0, 0.3, -0.9])
 
 
-def test_a_ladder_keeps_its_direction_and_its_mirror_image_turns_it(inclined, straight, tmp_path):
-    save_ladder(tmp_path / "inclined.npz", inclined)
-    again = mirrored(load_ladder(tmp_path / "inclined.npz"), TOP)
+def test_load_steps_keep_their_direction(inclined, straight, tmp_path):
+    write_load_steps(tmp_path / "inclined.npz", inclined)
+    again = mirrored(read_load_steps(tmp_path / "inclined.npz"), TOP)
     assert np.array_equal(again.force_vector_at([0.001]), inclined.force_vector_at([0.001]))
     point = TOP + [0.01, 0, 0]
-    moved = ContactLadder(**(vars(again) | {"point_m": again.point_m + [0.01, 0, 0]}))
+    moved = LoadSteps(**(vars(again) | {"point_m": again.point_m + [0.01, 0, 0]}))
     image = mirrored(moved, point * [-1, 1, 1])
     assert np.allclose(image.direction, INCLINED * [-1, 1, 1])
     assert np.allclose(image.force_vector_at([0.001]) @ [1, 1, 0], 0, atol=1e-2)
-    # What a straight press always wrote.
-    save_ladder(tmp_path / "straight.npz", straight)
+    # Straight down nothing says so.
+    write_load_steps(tmp_path / "straight.npz", straight)
     with np.load(tmp_path / "straight.npz") as data:
         assert not {"direction", "heading"} & set(data.files)
 
@@ -129,91 +135,89 @@ def test_a_ladder_keeps_its_direction_and_its_mirror_image_turns_it(inclined, st
 def test_the_sensor_records_the_force_as_it_is(inclined, probe):
     """Read as the tool reads it, the record gives the force's vector back."""
     lab = {"noise_v": 0.002, "bias_v": 0.3, "mass_kg": 0.03, "centre_of_mass_m": [0, 0, 0.035]}
-    hard = ContactLadder(**(vars(inclined) | {"force_n": 20 * inclined.force_n}))
-    time_s = np.arange(0, 4, 0.001)
-    path = hand_of(depth_m=0.0015, hold_s=1.0, direction=hard.direction).at(time_s)
-    force, turns = hard.force_vector_at(path.depth_m), path.object_from_force
-    record = gauge_record(time_s, force, turns, probe, lab, np.random.default_rng(0))
+    stiff = LoadSteps(**(vars(inclined) | {"force_n": 20 * inclined.force_n}))
+    operator = operator_of(depth_m=0.0015, hold_s=1.0, direction=stiff.direction)
+    path = operator.at(np.arange(0, 4, 0.001))
+    force, turns = stiff.force_vector_at(path.depth_m), path.object_from_force
+    record = gauge_record(path.time_s, force, turns, probe, lab, np.random.default_rng(0))
     poses = np.tile(np.eye(4), (2, 1, 1))
     poses[:, :3, :3] = turns[0] @ np.array(probe["marker_from_force"])[:3, :3].T
-    known = zeroed(record, probe, 0.4, 0.3)
     table = marker_columns(poses).assign(time_s=[0.3, 3.5])
-    found = frame_wrenches(known, table, probe, Force(matching="linear"))
-    found = found[WRENCH].to_numpy()[:, :3]
-    assert np.abs(found - [np.zeros(3), -force[3500]]).max() < 0.12
+    known = zeroed(record, probe, 0.4, 0.3)
+    found = frame_wrenches(known, table, probe, Force(matching="linear"))[WRENCH].to_numpy()
+    assert np.abs(found[:, :3] - [np.zeros(3), -force[3500]]).max() < 0.12
     # A normal force alone would be seen along the probe's axis.
     assert np.linalg.norm(np.cross(force[3500], INCLINED)) > 0.6
 
 
 @pytest.mark.long
 def test_a_rough_sphere_that_comes_slanting_drags_the_surface_along():
-    """Five degrees off: its way to the side is the surface's, and the force leans against it."""
+    """Five degrees off: the surface goes aside with it, and the force is tilted against that."""
     off = np.deg2rad(5)
     rough = {"contact": BLOCK["contact"] | {"friction": 0.5, "deepest_m": 0.00075}}
     along = [np.sin(off), 0.0, -np.cos(off)]
-    ladder = press_object(BLOCK | rough, TOP, R, direction=along)
-    force = ladder.force_vector_at([0.00075])[0]
+    steps = indent_object(BLOCK | rough, TOP, R, direction=along)
+    force = steps.force_vector_at([0.00075])[0]
     assert 0.05 < -force[0] / force[2] < 0.15
-    touched = np.argmin(np.linalg.norm(ladder.surface_rest_m - TOP, axis=1))
-    aside_m = ladder.surface_displacement_m[-1, touched, 0]
+    touched = np.argmin(np.linalg.norm(steps.surface_rest_m - TOP, axis=1))
+    aside_m = steps.surface_displacement_m[-1, touched, 0]
     assert aside_m == pytest.approx(0.00075 * np.sin(off), rel=0.1)
 
 
-def test_a_hand_may_tremble_on_in_contact():
+def test_tremor_may_go_on_in_contact():
     time_s = np.arange(0, 4, 0.01)
-    still, trembling = (hand_of(frames=24, **more) for more in ({}, {"contact_tremor_m": 1e-4}))
-    paths = [hand.at(time_s) for hand in (still, trembling)]
+    still, trembling = (operator_of(frames=24, **more) for more in ({}, {"contact_tremor_m": 1e-4}))
+    paths = [operator.at(time_s) for operator in (still, trembling)]
     touching = paths[0].depth_m > 0
     aside = [(path.tip_m - TOP)[:, :2] for path in paths]
     assert not aside[0][touching].any()
     assert aside[1][touching].std() == pytest.approx(1e-4, rel=0.4)
-    # High above it is the hand's own.
+    # High above it is the same.
     assert aside[1][0] == pytest.approx(aside[0][0])
     assert np.array_equal(paths[0].depth_m, paths[1].depth_m)
 
 
-LOOSE = BLOCK | {
+UNBONDED = BLOCK | {
     "shape": {"kind": "block", "size_m": [0.08, 0.06, 0.02]},
     "contact": BLOCK["contact"] | {"table_friction": 0.5, "growth": 2.5},
 }
 
 
-def test_a_loose_block_lifts_its_edges_and_stands_on_what_it_is_pressed_by(straight):
-    model = shape_of(LOOSE).model(TOP, LOOSE["contact"])
-    start = first_touch(patch_points(model.solid, "top"), TOP, R)
-    step = contact_problem(LOOSE, model, start, R).press(np.array([0.00075]))[0]
+def test_an_unbonded_block_lifts_its_edges_and_bears_the_force(straight):
+    model = shape_of(UNBONDED).model(TOP, UNBONDED["contact"])
+    step = contact_problem(UNBONDED, model, TOP, R).indent(np.array([0.00075]))[0]
     sphere, table = step.forces_n
     assert table[2] == pytest.approx(-sphere[2], rel=1e-6) and -sphere[2] > 0
     nodes, moved = model.solid.nodes_m, step.displacement_m
     corner = np.argmax(nodes @ [1, 1, -100])
     assert nodes[corner] == pytest.approx([0.04, 0.03, 0]) and moved[corner, 2] > 1e-6
-    # It gives way as a glued one does, or a little more.
+    # It yields as a bonded one does, or a little more.
     assert -4 * sphere[2] == pytest.approx(straight.force_n[1], rel=0.1)
 
 
 @pytest.mark.long
-def test_a_foot_that_is_glued_in_its_middle_alone_lifts_its_end():
-    """Pressed near an end it gives way a little more than a glued one, and its other end rises."""
+def test_a_base_that_is_bonded_in_its_middle_alone_lifts_its_end():
+    """Indented near an end it yields a little more than a bonded one, and its other end rises."""
     beside = TOP + [0.03, 0, 0]
-    bonded = {k: v for k, v in LOOSE["contact"].items() if k != "table_friction"}
-    press = bonded | {"deepest_m": 0.0015, "step_m": 0.0015}
+    bonded = {k: v for k, v in UNBONDED["contact"].items() if k != "table_friction"}
+    contact = bonded | {"deepest_m": 0.0015, "step_m": 0.0015}
     forces, lifts = [], []
     for more in ({}, {"glued": 1.0}, {"glued": 0.4}):
-        ladder = press_object(LOOSE | {"contact": press | more}, beside, R)
-        foot = ladder.surface_rest_m[:, 2] < 1e-9
-        forces.append(ladder.force_n[-1])
-        lifts.append(ladder.surface_displacement_m[-1, foot, 2])
-        middle = foot & (np.abs(ladder.surface_rest_m[:, :2]) < [0.01, 0.008]).all(axis=1)
-        assert np.abs(ladder.surface_displacement_m[-1, middle]).max() < 1e-6
+        steps = indent_object(UNBONDED | {"contact": contact | more}, beside, R)
+        base = steps.surface_rest_m[:, 2] < 1e-9
+        forces.append(steps.force_n[-1])
+        lifts.append(steps.surface_displacement_m[-1, base, 2])
+        middle = base & (np.abs(steps.surface_rest_m[:, :2]) < [0.01, 0.008]).all(axis=1)
+        assert np.abs(steps.surface_displacement_m[-1, middle]).max() < 1e-6
     assert forces[1] == pytest.approx(forces[0], rel=1e-9)
     assert 0.9 < forces[2] / forces[0] < 0.995
     assert np.abs(lifts[1]).max() < 1e-9 < 1e-5 < lifts[2].max()
-    # The table holds what is pressed down.
+    # The table supports what goes down.
     assert lifts[2].min() > -1e-5
 
 
 def test_pictures_of_a_quartered_block_are_symmetric():
-    model = shape_of(LOOSE).model(TOP, LOOSE["contact"])
+    model = shape_of(UNBONDED).model(TOP, UNBONDED["contact"])
     x, y, z = model.solid.nodes_m.T
     field = model.sample(np.column_stack([x * z, x * x * y, x + y]))
     a, b, c = model.surface_rest_m.T

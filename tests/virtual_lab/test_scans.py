@@ -36,7 +36,7 @@ def views(bean):
 
 
 def test_a_view_has_the_scanners_noise(bean, views):
-    offsets = ClosestPoints(bean.vertices, bean.faces).signed_distance(views[0].points_m)
+    offsets = ClosestPoints(bean.vertices, bean.faces).signed_distance(views[0][0])
     assert len(offsets) > 20_000
     assert abs(offsets.mean()) < 2e-5
     assert 0.8 * NOISE_M[2] < offsets.std() < 1.2 * NOISE_M[0]
@@ -52,7 +52,7 @@ def test_rounding_of_a_processor_changes_no_file(bean, views, tmp_path):
         assert file.read_bytes() == (tmp_path / "other" / file.name).read_bytes()
     fewer = bean.faces[bean.vertices[bean.faces[:, 0], 2] < 0.9 * bean.vertices[:, 2].max()]
     part, *_ = scan_views(bean.vertices, fewer, LASER, np.random.default_rng(0))
-    whole, seen = ({tuple(point) for point in one.points_m} for one in (views[0], part))
+    whole, seen = ({tuple(point) for point in one[0]} for one in (views[0], part))
     # Some see the inside of the other wall instead.
     assert len(seen - whole) < 0.2 * len(seen) and len(whole - seen) > 100
 
@@ -118,9 +118,8 @@ def test_a_grid_that_no_memory_holds_is_refused_with_its_size(monkeypatch):
 
 
 def test_views_that_do_not_overlap_or_close_are_refused(views, tmp_path):
-    few = [(view.points_m, view.normals) for view in views[:2]]
     with pytest.raises(ValueError, match="scans: "):
-        template_from_scans(few, vertices=1000, spacing_m=0.002)
+        template_from_scans(views[:2], vertices=1000, spacing_m=0.002)
     with pytest.raises(ValueError, match="scans"):
         read_scans(tmp_path / "none")
 

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from skfem import MeshTet
 from virtual_lab.level_set import boundary_surface, level_set_mesh, refined_near
-from virtual_lab.shapes import Ball, Ear
+from virtual_lab.shapes import Ball, shape_of
 from virtual_lab.tetrahedra import interpolation, tetrahedral_solid
 
 RADIUS = 0.05
@@ -94,7 +94,7 @@ def test_the_balls_surface_for_pictures():
 
 @pytest.mark.long
 def test_the_ear_has_its_size_and_about_twenty_thousand_vertices():
-    vertices, faces = Ear().surface()
+    vertices, faces = shape_of({"shape": {"kind": "ear"}}).surface()
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     assert mesh.is_watertight
     assert mesh.volume > 0

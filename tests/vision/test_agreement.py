@@ -10,8 +10,7 @@ import pytest
 import yaml
 from palpate.capture.capture import open_capture
 from palpate.examine import examine_object
-from palpate.vision.agreement import FEWEST_FRAMES, disagreement, require_agreement
-from palpate.vision.follow import followed
+from palpate.vision.follow import FEWEST_FRAMES, disagreement, followed, require_agreement
 from palpate.vision.options import ProbePose
 from palpate.vision.probe import MARKER
 

@@ -7,9 +7,15 @@ import cv2
 import numpy as np
 import pytest
 from palpate.vision.background import build_model, distortion, load_model, save_model
-from palpate.vision.foreground import Classifier, _require_still, load_masks, masks_of, save_masks
+from palpate.vision.foreground import (
+    Classifier,
+    _require_still,
+    camera_shift,
+    load_masks,
+    masks_of,
+    save_masks,
+)
 from palpate.vision.options import Background
-from palpate.vision.stillness import camera_shift
 
 OPTIONS = Background(alpha_low=0.55, alpha_high=1.25, smallest_blob_px=100)
 

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from palpate.capture.devices import as_stated, asked
+from palpate.config.probe import as_stated, asked
 from palpate.estimate.direct.rig import ProbeUncertainty
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.probe import marker_from_tip
@@ -105,7 +105,7 @@ def test_a_tip_and_its_covariance(tmp_path, probe):
     ("changed", "line"),
     [
         ({"tip_m": [0.03, 0.2, 0.08]}, "tip_m: expected within 20 mm .* 30 mm away"),
-        ({"std_m": 0.002}, "told to 0.2 mm, found one to 2 mm"),
+        ({"std_m": 0.002}, "determined to 0.2 mm, found one to 2 mm"),
         ({"tip_m": None}, "tip_m: expected finite numbers"),
         ({"tip_covariance_m2": np.triu(np.ones((3, 3))).tolist()}, "expected a symmetric"),
     ],
@@ -121,9 +121,12 @@ def test_a_tip_that_does_not_serve(tmp_path, probe, changed, line):
         ({"turn_deg": 40}, "expected within 20 degrees of how the .* found it 40 degrees away"),
         (
             {"covariance": np.diag([0, *[4e-4] * 3, *[1e-8] * 9]).tolist()},
-            "rotation: expected one that is told to 0.3 degrees, .* 1.1",
+            "rotation: expected one that is determined to 0.3 degrees, .* 1.1",
         ),
-        ({"mass_std_kg": 0.004}, "mass_kg: expected one that is told to 1 g, found one to 4 g"),
+        (
+            {"mass_std_kg": 0.004},
+            "mass_kg: expected one .* determined to 1 g, found one to 4 g",
+        ),
         ({"covariance": (np.eye(13) * 1e-5).tolist()}, "centre_of_mass_m: .* 1 mm, found one to 3"),
         ({"axes_std_rad": 5e-5}, "axes_std_rad: expected no less than the covariance says, 0.0001"),
         ({"covariance": [1.0]}, r"covariance: expected finite numbers of shape \(13, 13\)"),

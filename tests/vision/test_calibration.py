@@ -158,7 +158,7 @@ def parallel(count):
             {f"{k:02d}": poses(1)["00"] for k in range(20)},
             "at least 6 different views of the board, found 1 .19 that another is the same as",
         ),
-        (BOARD, parallel(10), "expected views that tell the focal length"),
+        (BOARD, parallel(10), "expected views that determine the focal length"),
         (Board(6, 4, 0.04), poses(8), r"00: corners: expected \(30, 2\), found \(24, 2\)"),
     ],
     ids=["too few", "one view", "all parallel", "another board"],

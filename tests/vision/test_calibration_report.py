@@ -46,7 +46,7 @@ def test_boards_that_are_hardly_tilted_do_not_determine_the_focal_length():
     found = calibrated(tilted(6), noise_px=0.1)
     verdict = camera_verdict(found)
     assert not verdict.determined["focal length"]
-    assert "no board leans by more than 6 degrees" in verdict.lines[-1]
+    assert "no target tilts by more than 6 degrees" in verdict.lines[-1]
     assert "30 degrees nearer" in next_view(found)
 
 

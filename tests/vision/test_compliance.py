@@ -116,7 +116,7 @@ APART = "expected loading and unloading alike, found unloading"
         (-press()[0], seen(WAY_M), r"found 0 of 300 \(presses are positive here: turn the sign"),
         (press(most_n=1.3)[0], None, r"expected a press over 1 N .* found 0\.79 N; press"),
         (press(most_n=2.0, force_std_n=0.2)[1], None, r"expected a press over [345][.\d]* N or"),
-        (press(most_n=5000)[0], None, "expected newtons of a hand, found 5000 N"),
+        (press(most_n=5000)[0], None, "expected newtons of an operator, found 5000 N"),
         (press()[0], FOAM_M, "way: expected it in proportion to the force, found it"),
         (press()[0], seen(press()[0] / 800, 5e-6), "way: expected 2000 N/m or more, found 800:"),
         (press()[0], 1e3 * seen(WAY_M), "the unit of the way right"),

@@ -242,8 +242,8 @@ def test_wrenches_that_are_possible():
 @pytest.mark.parametrize(
     ("newtons", "how", "line"),
     [
-        (1740.0, {}, "at most 500 N from a hand, found 1740 N"),
-        (np.nan, {}, "at most 500 N from a hand, found nan N"),
+        (1740.0, {}, "at most 500 N from an operator, found 1740 N"),
+        (np.nan, {}, "at most 500 N from an operator, found nan N"),
         (2.0, {"axis_z": -1.0}, "the press of 2.00 N along the probe, found it 180 degrees off"),
         (2.0, {"lever_m": 0.08}, "within 11.2 mm of the sphere's centre, found .* 80.0 mm"),
     ],

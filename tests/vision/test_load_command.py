@@ -143,8 +143,8 @@ def test_what_is_not_given(table, refused, tmp_path):
     assert "--plane, found both" in refused(table, *VERTICAL, "--plane", tmp_path)
     assert "found nothing at" in refused(table, "--plane", tmp_path / "plane.json")
     assert "--up: expected a direction" in refused(table, "--up", "0", "0", "0")
-    assert "frames.csv: expected a film's, found none" in refused(tmp_path)
-    assert "none: source: expected a film or a table, found none" in refused(tmp_path / "none")
+    assert "frames.csv: expected a recording's, found none" in refused(tmp_path)
+    assert "none: source: expected a recording or a table, found none" in refused(tmp_path / "none")
 
 
 def test_wrong_tables(table, refused):

@@ -83,7 +83,7 @@ def slid(poses, step_m):
         (turned_handle()[[40] * 200], ["found 0.0"]),
         (
             turned_handle(lean_deg=4, spin_deg=2),
-            ["turn by 5 degrees or more, found 2.", "lean it by 30 degrees to all sides"],
+            ["turn by 5 degrees or more, found 2.", "tilt it by 30 degrees to all sides"],
         ),
         (
             turned_handle(lean_deg=0, spin_deg=40),

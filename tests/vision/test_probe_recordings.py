@@ -9,7 +9,6 @@ import pytest
 import yaml
 from lab_films import lab_film
 from palpate.__main__ import main
-from palpate.capture.devices import asked
 from palpate.capture.experiments import check_experiment
 from palpate.capture.tables import (
     WRENCH_COLUMNS,
@@ -18,6 +17,7 @@ from palpate.capture.tables import (
     write_force,
     write_frames,
 )
+from palpate.config.probe import asked
 from palpate.estimate.direct.rig import ProbeUncertainty
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.force import wrenches
@@ -179,7 +179,7 @@ def test_numbers_of_few_steps(held, ran, probe, sensor, tmp_path):
     table = pd.DataFrame(np.round(coarse, 6), columns=list(WRENCH_COLUMNS))
     write_force(new, record[["time_s"]].join(table))
     status, text = ran(new, "--output", tmp_path / "load.json")
-    assert status == 0 and "rotation: not told" in text
+    assert status == 0 and "rotation: not determined" in text
     found = json.loads((tmp_path / "load.json").read_text())
     off_kg = found["mass_kg"] - held[1]["mass_kg"]
     assert abs(off_kg) < 3 * found["mass_std_kg"] < 3e-3

@@ -9,24 +9,22 @@ from palpate.capture.tables import write_frames
 from palpate.vision.background import build_model
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.clouds import ProbePlace, Reach, object_cloud, table_of
-from palpate.vision.foreground import masks_of
+from palpate.vision.foreground import camera_shift, masks_of
 from palpate.vision.options import Background, Clouds, SupportPlane
-from palpate.vision.stillness import camera_shift
 from palpate.vision.support_plane import fit_support_plane
-from virtual_lab.cameras import Exposure
-from virtual_lab.part import OBJECT, PROBE_PARTS, PROP, Part
+from virtual_lab.paint import table_texture
+from virtual_lab.parts import OBJECT, PROBE_PARTS, PROP, Part, bench_props
 from virtual_lab.probe import make_probe
-from virtual_lab.props import bench_props
-from virtual_lab.render import Light, View, look_at, render
+from virtual_lab.render import Light, PosedCamera, look_at, render
+from virtual_lab.rig import Exposure
 from virtual_lab.scene import NO_FINISH, Bench, Scene
-from virtual_lab.texture import table_texture
 
 SIZE = np.array([0.12, 0.10, 0.05])
 TIP = np.array([0.0, 0.0, SIZE[2] + 0.00622])
 NO_SHEET = np.zeros((4, 3))
 TURN = np.column_stack([[1, 0, 0], [0, -1, 0], [0, 0, -1.0]])
 CAMERA = PinholeCamera(320, 240, 280.0, 280.0, 159.5, 119.5)
-VIEW = View(CAMERA, look_at([0, 0, 0.05], distance_m=0.65, elevation_deg=45))
+VIEW = PosedCamera(CAMERA, look_at([0, 0, 0.05], distance_m=0.65, elevation_deg=45))
 
 
 @pytest.fixture(scope="module")
@@ -119,7 +117,7 @@ ROOMS = {
 
 def check_table(parts, elevation_deg, turn=1):
     """Find the table in a noisy cloud of parts, the right way up or upside down."""
-    view = View(CAMERA, look_at([0, 0, 0.05], distance_m=0.65, elevation_deg=elevation_deg))
+    view = PosedCamera(CAMERA, look_at([0, 0, 0.05], distance_m=0.65, elevation_deg=elevation_deg))
     points, kind = seen(Scene(Bench(None, None, parts)), view)
     points = points[kind == PROP]
     noisy = points * (1 + np.random.default_rng(1).normal(0, 0.002, (len(points), 1)))
@@ -171,7 +169,7 @@ NOISE = {"flicker": 0.003, "blur_px": 0.55, "read_variance": 0.6, "shot_variance
 def filmed(bench, count, bumped_deg=(0, 0, 0)):
     """Pictures of an empty bench, 320 x 240."""
     pose = look_at([0, 0, 0.05], distance_m=0.65, elevation_deg=45, bumped_deg=bumped_deg)
-    layer = render(View(CAMERA, pose), Scene(bench), LIGHT, samples=2)
+    layer = render(PosedCamera(CAMERA, pose), Scene(bench), LIGHT, samples=2)
     still = Exposure(layer.colour, "rgb8", NOISE)
     return [still.shot(np.random.default_rng([count, k])) for k in range(count)]
 

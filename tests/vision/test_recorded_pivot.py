@@ -17,7 +17,7 @@ from palpate.vision.pivot import (
 )
 from palpate.vision.pose import candidate_poses, settle
 from turned_handle import TIP_M, turned_handle
-from virtual_lab.device import device_of
+from virtual_lab.rig_errors import errors_of
 
 # As the validation draws its rigs.
 SIZES = {"focal": 0.001, "principal_px": 0.5, "distortion_px": 0.3}
@@ -53,8 +53,8 @@ def read(corners, camera, board):
 
 
 def drawn_camera(sizes, seed, sensors):
-    device = device_of(STILL | {"seed": seed}, {"device": sizes, "rig": "drawn"}, sensors["kinect"])
-    return camera_from_spec(device.sensor["color"])
+    errors = errors_of(STILL | {"seed": seed}, {"device": sizes, "rig": "drawn"}, sensors["kinect"])
+    return camera_from_spec(errors.sensor["color"])
 
 
 def normalised(found):

@@ -100,7 +100,7 @@ def test_weights_on_paper(given, tmp_path):
 
 def test_no_table(refused, tmp_path):
     none = tmp_path / "nowhere.csv"
-    line = f"{none}: source: expected a film or a table, found none"
+    line = f"{none}: source: expected a recording or a table, found none"
     assert line in refused(none)
     assert line in refused(none, "--sensor", tmp_path / "none.yaml")
-    assert "frames.csv: expected a film's, found none" in refused(tmp_path)
+    assert "frames.csv: expected a recording's, found none" in refused(tmp_path)

@@ -59,8 +59,8 @@ def test_frames_without_the_board_do_not_count(table, given):
 
 
 def test_what_is_not_there(tmp_path, refused, table):
-    assert "expected a film, a table or a folder" in refused(tmp_path / "none")
-    assert "expected files *.txt of 4 x 4 numbers, or a film's frames.csv" in refused(tmp_path)
+    assert "expected a recording, a table or a folder" in refused(tmp_path / "none")
+    assert "expected files *.txt of 4 x 4 numbers, or a recording's frames.csv" in refused(tmp_path)
     (tmp_path / "frames.csv").write_text("frame,time_s\n")
     assert "--sensor: expected the file" in refused(tmp_path)
     assert "in use already" in refused(table, "--output", table)
@@ -133,11 +133,11 @@ def test_a_tracker_s_z_may_point_away_from_the_target(table, given):
 def test_a_tip_that_the_file_has_elsewhere(table, given, tmp_path, probe):
     file = tmp_path / "probe.yaml"
     file.write_text(yaml.safe_dump(probe))
-    assert "doubtful" not in given(table, "--board", file)
+    assert "warning" not in given(table, "--board", file)
     probe = probe | {"force_from_tip": np.array(probe["force_from_tip"]).tolist()}
     probe["force_from_tip"][2][3] += 0.05
     file.write_text(yaml.safe_dump(probe))
-    assert "doubtful: 50 mm from where the file has it" in given(table, "--board", file)
+    assert "warning: 50 mm from where the file has it" in given(table, "--board", file)
 
 
 def test_no_film_is_asked_for_that_none_makes():

@@ -8,9 +8,9 @@ import yaml
 from palpate.__main__ import main
 from palpate.capture.experiments import check_experiment
 from palpate.capture.tables import read_frames, write_frames
-from virtual_lab.device import device_of
-from virtual_lab.pivot import record_pivot
+from virtual_lab.probe_experiments import record_pivot
 from virtual_lab.rig import bare_bench, make_rig
+from virtual_lab.rig_errors import errors_of
 
 PIVOT = {
     "frames": 12,
@@ -36,9 +36,9 @@ def recorded(root, sensor, probe, tmp_path_factory):
     common = {key: value for key, value in lab.items() if key not in apart}
     folder = tmp_path_factory.mktemp("sensors") / "pivot"
     folder.mkdir()
-    bench, device = bare_bench(common, name="pivot"), device_of(common, {}, sensor)
-    rig = make_rig(common, device, PIVOT["camera"], bench)
-    return folder, record_pivot(folder, rig, common, PIVOT, probe, seed=[1])["tip_m"]
+    bench, errors = bare_bench(common, name="pivot"), errors_of(common, {}, sensor)
+    rig = make_rig(common, errors, PIVOT["camera"], bench)
+    return folder, record_pivot(folder, rig, PIVOT, probe, seed=[1])["tip_m"]
 
 
 @pytest.fixture

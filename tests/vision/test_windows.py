@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from palpate.vision.depth import _colours_differ
-from palpate.vision.windows import derivative, grey, local_plane, mean, warped
+from palpate.capture.images import grey
+from palpate.vision.depth import _colours_differ, derivative, local_plane, mean, warped
 
 SIDE = 7
 

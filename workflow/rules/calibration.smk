@@ -1,4 +1,4 @@
-from palpate.capture.devices import PARTS
+from palpate.config.probe import PARTS
 
 # Options of a part's calibration beside those of poses.
 ASKED = {"tip": (), "load": ("support_plane", "seed"), "stiffness": ("force",)}

@@ -13,7 +13,7 @@ rule lab_contact:
     input:
         form=LAB.form,
     output:
-        ladder=RUN.truth("{object}/contact-{point}.npz"),
+        load_steps=RUN.truth("{object}/contact-{point}.npz"),
     log:
         RUN.results("logs/lab_contact/{object}-{point}.log"),
     benchmark:
@@ -25,7 +25,7 @@ rule lab_contact:
         spec=LAB.mechanics,
         probe=LAB.probe,
     message:
-        "Lab: pressing the sphere into {wildcards.object} at point {wildcards.point}"
+        "Lab: indenting {wildcards.object} at point {wildcards.point}"
     script:
         "../scripts/stages/lab_contact.py"
 
@@ -105,7 +105,7 @@ rule lab_background:
         spec=LAB.spec,
         sensor=LAB.sensor,
     message:
-        "Lab: filming the empty table for {wildcards.object} with the {wildcards.sensor}"
+        "Lab: recording the empty table for {wildcards.object} with the {wildcards.sensor}"
     script:
         "../scripts/stages/lab_background.py"
 
@@ -113,7 +113,7 @@ rule lab_background:
 rule lab_capture:
     input:
         form=LAB.form,
-        ladder=LAB.load_steps,
+        load_steps=LAB.load_steps,
     output:
         capture=directory(RUN.raw("{object}/{sensor}/{capture}")),
         truth=RUN.truth("{object}/{sensor}/{capture}/truth.npz"),
@@ -138,7 +138,7 @@ rule lab_capture:
 
 rule lab_experiment:
     input:
-        ladder=LAB.experiment_load_steps,
+        load_steps=LAB.experiment_load_steps,
     output:
         recording=directory(RUN.raw("sensors/{recording}")),
         truth=RUN.truth("sensors/{recording}.npz"),
@@ -163,7 +163,7 @@ if LAB.simulates:
 
     rule lab_simulated_block:
         input:
-            mesh=LAB.simulated_mesh,
+            mesh=RUN.lab["simulated_block"]["mesh"],
         output:
             steps=RUN.raw("simulations/foam_block.npz"),
             truth=RUN.truth("simulations/foam_block.json"),
@@ -172,7 +172,7 @@ if LAB.simulates:
         benchmark:
             RUN.results("benchmarks/lab_simulated_block.tsv")
         params:
-            spec=LAB.simulated_block,
+            spec=RUN.lab["simulated_block"],
         message:
             "Lab: linear FEM of the foam block of Section 3.3.2"
         script:

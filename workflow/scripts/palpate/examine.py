@@ -14,10 +14,10 @@ from scipy.ndimage import uniform_filter1d
 from palpate.capture.capture import Capture
 from palpate.capture.check import checked_object
 from palpate.capture.check_curves import declared_curve
-from palpate.capture.devices import as_stated
 from palpate.capture.discover import CURVE_END, SensorFolder, curve_files
 from palpate.capture.findings import Findings, examine_force, examine_template
 from palpate.capture.tables import FORCE, GAUGE_COLUMNS, WRENCH_COLUMNS, read_table, sampled_s
+from palpate.config.probe import as_stated
 from palpate.estimate.hertz.indentation import force_onset
 from palpate.measurement import align
 from palpate.press import Press, press_of

@@ -38,7 +38,7 @@ def fit(
 ) -> HertzFit:
     """Fit E* and the depth of first contact to a curve (Eq. 5.1).
 
-    Of a loading with its unloading the loading is fitted, and a warning says so.
+    Of a loading with an unloading before or after it the loading is fitted, and a warning says so.
 
     Parameters
     ----------
@@ -113,7 +113,11 @@ def fit(
         depth = depth - force / stiffness_n_m
     loading, back = phases.loading, phases.retract.stop - phases.retract.start
     reach, step = np.ptp(depth[loading]), np.median(np.abs(np.diff(depth)))
-    if not back or reach < LOADED * np.ptp(depth) or step > LARGEST_STEP * np.ptp(depth):
+    if (
+        not (back or loading.start)
+        or reach < LOADED * np.ptp(depth)
+        or step > LARGEST_STEP * np.ptp(depth)
+    ):
         return fit_curve(depth, force, setup, given)
     of_loading = None if given is None else given[loading]
     found = fit_curve(depth[loading], force[loading], setup, of_loading)

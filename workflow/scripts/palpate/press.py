@@ -8,8 +8,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.capture import Capture
-from palpate.capture.devices import asked, require_met
 from palpate.capture.tables import as_written
+from palpate.config.probe import asked, require_met
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clock import ClockOffset
 from palpate.vision.clouds import table_of

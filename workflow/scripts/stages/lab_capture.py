@@ -5,11 +5,10 @@ from functools import partial
 from palpate.capture.files import whole_folder
 from palpate.npz import write_npz
 from palpate.workflow.job import run
-from virtual_lab.device import device_of
-from virtual_lab.ladder import load_ladder, mirrored
+from virtual_lab.load_steps import mirrored, read_load_steps
 from virtual_lab.record import record_capture
 from virtual_lab.rig import make_rig, object_bench
-from virtual_lab.seeds import seed_of
+from virtual_lab.rig_errors import errors_of, seed_of
 
 # Snakemake sets it too, after the job.
 MADE_BY_A_RULE = ".snakemake_timestamp"
@@ -20,16 +19,16 @@ def main(snakemake):
     params, wildcards = snakemake.params, snakemake.wildcards
     name, sensor, capture = wildcards.object, wildcards.sensor, wildcards.capture
     common, spec, motion = params.common, params.spec, params.spec["motion"]
-    device, bench = device_of(common, spec, params.sensor), object_bench(common, spec, name=name)
+    errors, bench = errors_of(common, spec, params.sensor), object_bench(common, spec, name=name)
     bumped = {"bumped_deg": motion.get("bumped_deg", (0, 0, 0))}
-    placed = partial(make_rig, common, device, spec["cameras"][sensor], bench, **bumped)
+    placed = partial(make_rig, common, errors, spec["cameras"][sensor], bench, **bumped)
     jolt_m = motion.get("jolted_m")
     rigs = {"rig": placed(), "jolted": placed(jolted_m=jolt_m) if jolt_m else None}
-    ladder = mirrored(load_ladder(snakemake.input.ladder), params.place["position_m"])
-    options = {"common": common, "spec": spec, "probe_spec": params.probe}
+    steps = mirrored(read_load_steps(snakemake.input.load_steps), params.place["position_m"])
+    options = {"spec": spec, "probe_spec": params.probe}
     seed = seed_of(common, name, params.sensor["sensor"], capture)
     with whole_folder(snakemake.output.capture) as folder:
-        truth = record_capture(folder, ladder=ladder, **rigs, **options, seed=seed)
+        truth = record_capture(folder, steps=steps, **rigs, **options, seed=seed)
         # Without it a run that is killed just now leaves what looks like a recording of people's.
         (folder / MADE_BY_A_RULE).touch()
     write_npz(snakemake.output.truth, truth)

@@ -1,19 +1,21 @@
-"""Record an experiment about a sensor or the probe that it films."""
+"""Record an experiment about a sensor or the probe that it records."""
 
 from palpate.capture.files import whole_folder
 from palpate.npz import write_npz
 from palpate.workflow.job import run
-from virtual_lab.calibration import record_calibration
-from virtual_lab.device import device_of
-from virtual_lab.experiments import record_planes, record_trace, record_workspace
-from virtual_lab.ladder import load_ladder, mirrored
-from virtual_lab.pivot import record_pivot
+from virtual_lab.load_steps import mirrored, read_load_steps
+from virtual_lab.probe_experiments import record_load, record_pivot, record_stiffness
 from virtual_lab.record import record_capture, with_motion
 from virtual_lab.rig import bare_bench, make_rig, object_bench
-from virtual_lab.seeds import seed_of
-from virtual_lab.weighing import record_load, record_stiffness
+from virtual_lab.rig_errors import errors_of, seed_of
+from virtual_lab.sensor_experiments import (
+    record_calibration,
+    record_planes,
+    record_trace,
+    record_workspace,
+)
 
-# Those before a table without an object; ``loading`` presses one.
+# Those before a table without an object; ``loading`` indents one.
 RECORDERS = {
     "calibration": record_calibration,
     "workspace": record_workspace,
@@ -33,24 +35,25 @@ def main(snakemake):
     seed = seed_of(common, sensor, name)
     with whole_folder(output.recording) as folder:
         if name == "loading":
-            truth = loading(folder, load_ladder(snakemake.input.ladder), params, seed)
+            truth = loading(folder, snakemake.input.load_steps, params, seed)
         else:
-            bench, device = bare_bench(common, name=name), device_of(common, {}, params.sensor)
-            rig = make_rig(common, device, options["camera"], bench)
-            truth = RECORDERS[name](folder, rig, common, options, params.probe, seed=seed)
+            bench, errors = bare_bench(common, name=name), errors_of(common, {}, params.sensor)
+            rig = make_rig(common, errors, options["camera"], bench)
+            truth = RECORDERS[name](folder, rig, options, params.probe, seed=seed)
         (folder / "recording.yaml").write_text("provenance: simulated\n", encoding="utf-8")
     write_npz(output.truth, truth)
 
 
-def loading(folder, ladder, params, seed):
-    """Press an object and hold."""
+def loading(folder, file, params, seed):
+    """Indent an object and hold."""
     options, common = params.experiment, params.common
     spec = with_motion(options["spec"], options["motion"])
     bench = object_bench(common, spec, name=options["object"])
-    device = device_of(common, spec, params.sensor)
-    rig = make_rig(common, device, spec["cameras"][params.sensor["sensor"]], bench)
-    ladder = mirrored(ladder, spec["object"]["points"][options["point"]]["position_m"])
-    return record_capture(folder, rig, ladder, common, spec, params.probe, seed=seed)
+    camera = spec["cameras"][params.sensor["sensor"]]
+    rig = make_rig(common, errors_of(common, spec, params.sensor), camera, bench)
+    point = spec["object"]["points"][options["point"]]["position_m"]
+    steps = mirrored(read_load_steps(file), point)
+    return record_capture(folder, rig, steps, spec, params.probe, seed=seed)
 
 
 run(main, snakemake)

@@ -3,8 +3,8 @@
 import numpy as np
 from palpate.capture.files import whole_folder
 from palpate.workflow.job import run
+from virtual_lab.rig_errors import seed_of
 from virtual_lab.scanner import scan_views, write_scans
-from virtual_lab.seeds import seed_of
 from virtual_lab.shapes import shape_of
 
 

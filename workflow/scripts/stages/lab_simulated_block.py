@@ -3,7 +3,7 @@
 from palpate.capture.files import write_json
 from palpate.npz import write_npz
 from palpate.workflow.job import run
-from virtual_lab.simulated_block import load_block
+from virtual_lab.block import load_block
 
 
 def main(snakemake):

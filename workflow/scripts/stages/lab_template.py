@@ -7,12 +7,12 @@ from palpate.workflow.job import run
 from virtual_lab.describe import BLOCK_EDGE_M, box_template, bumped
 from virtual_lab.shapes import shape_of
 
-# Edges of a drawn form's template over those of its surface in pictures.
+# Edges of another form's template over those of its surface in pictures.
 COARSER = 2
 
 
 def main(snakemake):
-    """Write a triangulated box, or a coarse surface of a drawn form."""
+    """Write a triangulated box, or a coarse surface of another form."""
     template = template_of(snakemake.params.shape)
     bumped(template, snakemake.params.errors, name=snakemake.wildcards.object)
     with whole_file(snakemake.output.template) as part:

@@ -32,7 +32,7 @@ FORMS = {
 # Of files of artefacts that several rules share.
 WILDCARDS = {"data": "exact|tracked"}
 # What asks whether there are recordings about the sensors.
-OF_SENSORS = ("calibrated", "experiments", "experiment_results")
+OF_SENSORS = ("calibrated", "experiments", "compared_experiments")
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -136,6 +137,22 @@ class Sketch:
         look = {"width_px": width_px, "colours": colours}
         surface_panel(self.axes, vertices, np.asarray(mesh.faces), self.view, frame, **look)
         return frame
+
+
+def provenances(params: Any) -> set[str]:
+    """Whether a rule's captures, or recordings about sensors, are simulated, recorded or both."""
+    if hasattr(params, "provenance"):
+        return set(params.provenance.values())
+    return {capture["provenance"] for capture in params.captures}
+
+
+def tangents(normal: NDArray) -> NDArray:
+    """Two unit vectors across a vector of any length, the first as near x as can be, (2, 3)."""
+    normal = normal / np.linalg.norm(normal)
+    axis = np.eye(3)[0 if abs(normal[0]) < 0.9 else 1]
+    first = axis - (axis @ normal) * normal
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first)])
 
 
 def write(

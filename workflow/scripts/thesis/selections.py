@@ -9,7 +9,7 @@ from typing import Any
 
 from palpate.workflow.run import Described
 
-from thesis.chapter1.moduli_rules import way_to_moduli
+from thesis.chapter1.moduli_rules import path_to_moduli
 from thesis.run import BALL, EAR
 from thesis.sensor_selections import SensorSelection
 from thesis.tracker.options import options_of
@@ -23,6 +23,7 @@ END_POINT = "17"
 # Trackers whose surfaces the figures show.
 DRAWN_TRACKERS = {"study", "unrefined", "single_view"}
 SIMULATED_DATA = ("exact", "tracked")
+STEPS = "simulations/foam_block.npz"
 # What the accuracy of every stage is measured on, of a capture.
 STAGES = ("mask.npz", "probe_pose.csv", "force.csv", "clock.json", "clouds.npz")
 
@@ -83,17 +84,17 @@ class Selection(SensorSelection):
             chosen.append(next((c for c in mine if c["capture"] == wanted), mine[0]))
         return chosen
 
-    def first_shown(self, figure: str) -> list[Described]:
-        """The capture that stands for those that a figure shows."""
-        return self.shown(figure)[:1]
+    def first(self, *token: str) -> list:
+        """The first of a token's values, in a list; empty where it has none."""
+        return self.value(" ".join(token))[:1]
+
+    def one(self, *token: str) -> Any:
+        """The first of a token's values."""
+        return self.value(" ".join(token))[0]
 
     def of_block(self, figure: str) -> list[Described]:
         """Captures of the block that a figure shows."""
         return [c for c in self.shown(figure) if c["object"] == self.block]
-
-    def first_of_block(self, figure: str) -> list[Described]:
-        """First capture of the block that a figure shows."""
-        return self.of_block(figure)[:1]
 
     def of_the_block(self) -> list[Described]:
         """Captures of the study's block."""
@@ -111,7 +112,7 @@ class Selection(SensorSelection):
         ]
 
     def attempts(self) -> list[Described]:
-        """Repeated presses of the block: captures whose names carry an attempt, per sensor."""
+        """Repeated indentations of the block: captures whose names carry an attempt, per sensor."""
         return [c for c in self.of_the_block() if c["capture"] != c["point"]]
 
     def repeated(self) -> list[Described]:
@@ -123,14 +124,13 @@ class Selection(SensorSelection):
         return most if len(most) >= FEWEST_ATTEMPTS else []
 
     def at_the_end(self) -> list[Described]:
-        """First tracked capture of the block's end point."""
+        """Tracked captures of the block's end point."""
         wanted = self.run.study["figure_points"].get("figure_5_6", END_POINT)
-        return [c for c in self.all_tracked() if c["capture"] == wanted][:1]
+        return [c for c in self.all_tracked() if c["capture"] == wanted]
 
     def all_tracked(self, name: str = "") -> list[Described]:
         """Every tracked capture of an object, the block by default."""
-        wanted = name or self.block
-        return [c for c in self.run.described("tracked") if c["object"] == wanted]
+        return self.run.described_of("tracked", name or self.block)
 
     def table_5_3_captures(self) -> list[Described]:
         """The study's points of its block; of dropped captures all of the block."""
@@ -193,10 +193,6 @@ class Selection(SensorSelection):
         """Template of each capture's object."""
         return [self.run.template(capture["object"]) for capture in self.captures]
 
-    def template(self) -> str:
-        """Template of the capture's object."""
-        return self.templates()[0]
-
     def minima(self) -> list[str]:
         """Minima of captures, by capture and then by error option."""
         return self.run.files(self.captures, *self.run.minima)
@@ -206,25 +202,13 @@ class Selection(SensorSelection):
         known = name or self.block
         return self.run.truth(f"{known}/material.json") if known in self.run.made_materials else []
 
-    def truths(self) -> list[str]:
-        """Truth of captures that the lab makes."""
-        return self.each("truth/$folder/truth.npz")
-
     def probes_used(self) -> list[Mapping]:
         """Probe of each capture."""
         return [self.run.probe_of(capture["object"]) for capture in self.captures]
 
-    def probe(self) -> Mapping:
-        """Probe of the capture."""
-        return self.probes_used()[0]
-
     def sensors_used(self) -> list[Mapping]:
         """Sensor of each capture."""
         return [self.run.sensors[capture["sensor"]] for capture in self.captures]
-
-    def sensor(self) -> Mapping:
-        """Sensor of the capture."""
-        return self.sensors_used()[0]
 
     def optics(self) -> str | list:
         """Calibration of the capture's sensor, where its file asks for it."""
@@ -237,7 +221,7 @@ class Selection(SensorSelection):
 
     def in_colour(self, figure: str) -> bool:
         """Whether the capture that a figure shows has colours."""
-        (capture,) = self.first_of_block(figure)
+        capture = self.of_block(figure)[0]
         return self.run.sensors[capture["sensor"]]["color"]["encoding"] != "mono8"
 
     def tracker_options(self, tracker: str) -> list[Mapping]:
@@ -295,17 +279,13 @@ class Selection(SensorSelection):
 
     def rules_to_moduli(self) -> Callable:
         """Rules from a capture to its moduli, once all are there."""
-        return lambda wildcards: way_to_moduli(self.run, self.run.rules)
+        return lambda wildcards: path_to_moduli(self.run, self.run.rules)
 
     def results_folder(self) -> Callable:
         """Folder of all results, from a table's."""
         return lambda wildcards, output: str(Path(output.csv).parents[1])
 
     # The simulated block.
-
-    def simulated_steps(self) -> str:
-        """File of its steps."""
-        return self.run.raw("simulations/foam_block.npz")
 
     def tracked_steps(self) -> Callable:
         """Its tracked surface, for a job on tracked data."""
@@ -318,7 +298,7 @@ class Selection(SensorSelection):
 
     def has_simulation(self) -> bool:
         """Whether the run has it."""
-        return self.whole and (self.lab_simulates() or Path(self.simulated_steps()).exists())
+        return self.whole and (self.lab_simulates() or Path(self.run.raw(STEPS)).exists())
 
     def simulation_truth(self) -> str | list:
         """Its true moduli, where the lab makes it."""
@@ -359,17 +339,10 @@ class Selection(SensorSelection):
         names = [f"tables/{name}.csv" for name, there in made.items() if there]
         return [self.run.results(path) for path in ("summary.csv", *names)]
 
-    def traced_minima(self) -> list[str]:
-        """Minima of the study's error option of the captures that its figures show."""
-        return self.run.files(self.traced(), f"minimise-{self.first_error}.json")
-
-    def solids(self) -> list[str]:
-        """Solids whose nodes the study counts."""
-        return [self.run.results(f"{c['object']}/solid.vtu") for c in self.solids_counted()]
-
-    def of_balls(self, name: str) -> list[str]:
-        """A file of each capture of the shrunk ball."""
-        return self.run.files(self.shrunk_balls(), name)
+    def of(self, captures: str, path: str) -> list[str]:
+        """A file of each of some captures: a path with their places, or one of their results."""
+        path = path if "/" in path else f"results/$folder/{path}"
+        return Selection(self.run, getattr(self, captures)()).each(path)
 
     def groups_of_shown(self) -> list[dict[str, str]]:
         """What is estimated of the object of the capture that is shown."""
@@ -382,7 +355,7 @@ class Selection(SensorSelection):
 
     def knows_shown(self, figure: str) -> bool:
         """Whether the lab knows the material of what a figure shows."""
-        return any(c["object"] in self.run.made_materials for c in self.first_shown(figure))
+        return any(c["object"] in self.run.made_materials for c in self.shown(figure)[:1])
 
     def indentation_tables(self) -> list[str]:
         """Indentation table of each capture's point."""
@@ -421,7 +394,8 @@ class Selection(SensorSelection):
     def scanned_truths(self) -> list[str]:
         """Truth of one recording of each, for its undeformed surface."""
         first = {c.object: vars(c) for c in sorted(self.run.simulated, reverse=True)}
-        return Selection(self.run, [first[name] for name in self.scanned_by_lab()]).truths()
+        shown = Selection(self.run, [first[name] for name in self.scanned_by_lab()])
+        return shown.each("truth/$folder/truth.npz")
 
     def lab_records(self) -> bool:
         """Whether the lab makes recordings of planes, workspace and loading."""

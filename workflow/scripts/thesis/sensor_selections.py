@@ -127,7 +127,7 @@ class SensorSelection:
 
     def sensor_files(self, experiment: str, name: str) -> list[str]:
         """A file of each sensor of which there is an experiment."""
-        sensors = self.run.sensors_of(experiment)
+        sensors = self.experiments(experiment)
         return [self.run.results(f"sensors/{sensor}/{name}") for sensor in sensors]
 
     def experiment_folders(self, experiment: str) -> list[str]:
@@ -161,37 +161,19 @@ class SensorSelection:
         """Its pictures of the target."""
         return [self.run.raw(f"sensors/{name}/calibration") for name in self.calibrated()]
 
-    def workspaces(self) -> list[str]:
-        """Scatter of the resting tip, by sensor."""
-        sensors = self.experiments("workspace")
-        return [self.run.results(f"sensors/{sensor}/workspace.csv") for sensor in sensors]
-
     def calibrated_by_lab(self) -> dict[str, Mapping]:
         """Sensors whose calibration pictures the lab makes: their files hold the truth."""
         made = set(self.run.lab_experiments)
         known = self.run.sensors.items()
         return {name: spec for name, spec in known if f"{name}/calibration" in made}
 
-    @property
-    def _compared_experiments(self) -> list[tuple[str, str]]:
-        """Sensors and names of the lab's experiments that are compared with its truth."""
-        pairs = [(Path(name).parent.name, Path(name).name) for name in self.run.lab_experiments]
-        return sorted(pair for pair in pairs if pair[1] in READINGS) if self.whole else []
-
-    def experiment_sensors(self) -> list[str]:
-        """Sensor of each of those experiments."""
-        return [sensor for sensor, _ in self._compared_experiments]
-
-    def experiment_names(self) -> list[str]:
-        """Name of each."""
-        return [name for _, name in self._compared_experiments]
-
-    def experiment_results(self) -> list[str]:
-        """What is read of each."""
-        pairs = self._compared_experiments
-        return [self.run.results(f"sensors/{sensor}/{READINGS[name]}") for sensor, name in pairs]
-
-    def experiment_truths(self) -> list[str]:
-        """Truth of each."""
-        pairs = self._compared_experiments
-        return [self.run.truth(f"sensors/{sensor}/{name}.npz") for sensor, name in pairs]
+    def compared_experiments(self, pattern: str) -> list[str]:
+        """A file, or a name, of each of the lab's experiments that are compared with its truth."""
+        made = sorted((Path(one).parent.name, Path(one).name) for one in self.run.lab_experiments)
+        found = [
+            pattern.format(sensor=sensor, name=name, reading=READINGS[name])
+            for sensor, name in made
+            if self.whole and name in READINGS
+        ]
+        root, _, path = pattern.partition("/")
+        return [getattr(self.run, root)(one.partition("/")[2]) for one in found] if path else found

@@ -32,11 +32,11 @@ def make_indentation_accuracy(inputs: Any, params: Any) -> dict:
     """Force and displacement of each table over the lab's, at the true moduli and the lab's law."""
     materials = read_by_folder(inputs.materials)
     rows = []
-    for known, table, ladder in zip(params.captures, inputs.tables, inputs.ladders, strict=True):
+    for known, table, steps in zip(params.captures, inputs.tables, inputs.load_steps, strict=True):
         material = materials[known["object"]]
         if material["law"] not in LAW_NAMES or {"skin", "gradient"} & set(material):
             continue  # The table knows no other solid to be held to.
-        arrays = read_npz(ladder, what="load steps of the lab")
+        arrays = read_npz(steps, what="load steps of the lab")
         ours = load_indentation(table)
         model, law = force_table(ours), LAW_NAMES.index(material["law"])
         deepest = min(model.depth_m[-1], arrays["depth_m"][-1])

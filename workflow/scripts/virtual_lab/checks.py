@@ -3,13 +3,15 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from virtual_lab.obstacle import DOWN
 
-ON_SURFACE_M = 5e-4
-# Beyond it the probe's handle comes near the table.
-STEEPEST_RAD = np.pi / 4
-# Errors that are the same whoever films.
+# A point's tolerance, on the flat face of a block and elsewhere.
+ON_FACE_M, ON_SURFACE_M = 1e-6, 5e-4
+# Steepest place of a form that faces up. Beyond the angle the probe's handle comes near the table.
+STEEPEST_PLACE_RAD, STEEPEST_RAD = np.pi / 6, np.pi / 4
+# Errors that all sensors share.
 OF_OBJECT = {"radius", "template_m", "declared_m"}
 NEEDED = {
     "block": {"contact": ("growth", "reach_m")},
@@ -45,7 +47,7 @@ def _object(spec: Mapping, sensors: Mapping) -> Iterator[str]:
     yield from _missing(spec)
     yield from _material(spec["material"], spec["shape"]["kind"])
     yield from _motions(spec)
-    yield from _standing(spec)
+    yield from _support(spec)
     for error in ("template_m", "declared_m"):
         if spec["device"].get(error) and "mirrors" in spec["object"]:
             yield f"device.{error}: expected of an object without mirrors, found mirrors"
@@ -63,11 +65,13 @@ def _object(spec: Mapping, sensors: Mapping) -> Iterator[str]:
             yield f"devices.{sensor}.{error}: expected in device, as all sensors share it"
     for sensor, placement in spec["cameras"].items():
         yield from _placement(f"cameras.{sensor}", sensor, placement, sensors)
+    shape, deepest_m = spec["shape"], spec["contact"]["deepest_m"]
+    places = {f"object.points.{k}.position_m": one["position_m"] for k, one in points.items()}
+    places |= {f"pressed_at.{k}": place for k, place in spec.get("pressed_at", {}).items()}
+    for field, place in places.items():
+        yield from point_problems(shape, place, deepest_m, field)
     for number, point in points.items():
-        yield from _point(f"object.points.{number}.position_m", spec, np.array(point["position_m"]))
         yield from _direction(f"object.points.{number}.direction", point.get("direction", DOWN))
-    for capture, place in spec.get("pressed_at", {}).items():
-        yield from _point(f"pressed_at.{capture}", spec, np.array(place))
     for capture, found in spec.get("pressed_along", {}).items():
         yield from _direction(f"pressed_along.{capture}", found)
 
@@ -98,35 +102,28 @@ def _motions(spec: Mapping) -> Iterator[str]:
     for block in ("motions", "pressed_at", "pressed_along"):
         for capture in sorted(set(spec.get(block, {})) - recorded):
             yield f"{block}: expected captures of recordings, found {capture}"
-    yield from _depths(spec["motion"], spec["contact"])
-    yield from _ends("motion", spec["motion"])
-    for capture, changes in spec.get("motions", {}).items():
-        motion = spec["motion"] | changes
+    motions = {"motion": spec["motion"]}
+    motions |= {f"motions.{k}": spec["motion"] | own for k, own in spec.get("motions", {}).items()}
+    for field, motion in motions.items():
         yield from _depths(motion, spec["contact"])
-        yield from _ends(f"motions.{capture}", motion)
+        if "hold_s" not in motion and ("frames" not in motion or "release_s" in motion):
+            needing = "release_s" if "release_s" in motion else "a recording without frames"
+            yield f"{field}.hold_s: expected for {needing}, found nothing"
 
 
-def _ends(field: str, motion: Mapping) -> Iterator[str]:
-    if "hold_s" not in motion and ("frames" not in motion or "release_s" in motion):
-        needing = "release_s" if "release_s" in motion else "a film without frames"
-        yield f"{field}.hold_s: expected for {needing}, found nothing"
-
-
-def _standing(spec: Mapping) -> Iterator[str]:
-    """What the lab's block does on the table, and what its description says of it."""
+def _support(spec: Mapping) -> Iterator[str]:
+    """How the lab's block is supported, and what its description says of it."""
     kind = spec["shape"]["kind"]
     if "glued" in spec["contact"] and kind != "block":
         yield f"contact.glued: expected for shape.kind block, found for {kind}"
     if kind == "block":
-        loose = "table_friction" in spec["contact"] and "glued" not in spec["contact"]
-        expected = "resting" if loose else "bonded"
+        unbonded = "table_friction" in spec["contact"] and "glued" not in spec["contact"]
+        expected = "resting" if unbonded else "bonded"
         found = spec["object"]["support"].get("contact", "bonded")
         if found != expected:
             why = "with" if "table_friction" in spec["contact"] else "without"
-            yield (
-                f"object.support.contact: expected {expected} {why} contact.table_friction,"
-                f" found {found}"
-            )
+            line = f"expected {expected} {why} contact.table_friction, found {found}"
+            yield f"object.support.contact: {line}"
 
 
 def _direction(field: str, found: Sequence[float]) -> Iterator[str]:
@@ -151,40 +148,50 @@ def _placement(field: str, sensor: str, placement: Mapping, sensors: Mapping) ->
         yield f"{field}.distance_m: expected {low} to {high} (the sensor's range), found {found}"
 
 
-def _point(field: str, spec: Mapping, point: np.ndarray) -> Iterator[str]:
-    shape, deepest = spec["shape"], spec["contact"]["deepest_m"]
-    place = f"{field}: expected on the {shape['kind']}'s"
-    if shape["kind"] == "block":
-        size = np.array(shape["size_m"])
-        if (np.abs(point[:2]) >= size[:2] / 2).any() or abs(point[2] - size[2]) > ON_SURFACE_M:
-            yield f"{place} top face, found {point.tolist()}"
-        thickness = size[2]
-    elif shape["kind"] == "ball":
+def point_problems(
+    shape: Mapping, point_m: NDArray, deepest_m: float, field: str = "point"
+) -> Iterator[str]:
+    """List why a form cannot be indented at a point to a depth, one line each.
+
+    Parameters
+    ----------
+    shape : mapping
+        ``shape`` block of lab.yaml.
+    point_m : (3,) array
+        Object frame [m].
+    deepest_m : float
+        Maximum depth [m].
+    field : str
+        Where the point is written.
+    """
+    point, kind = np.asarray(point_m, dtype=float), shape["kind"]
+    expected, found = f"{field}: expected on the {kind}'s", f"found {point.tolist()}"
+    thickness = point[2]
+    if kind == "block":
+        length, width, thickness = shape["size_m"]
+        beside = (np.abs(point[:2]) >= [length / 2, width / 2]).any()
+        if beside or abs(point[2] - thickness) > ON_FACE_M:
+            yield f"{expected} top face, {found}"
+    elif kind == "ball":
         thickness = shape["radius_m"]
         if np.linalg.norm(point - [0, 0, 2 * thickness]) > ON_SURFACE_M:
-            yield f"{place} top, found {point.tolist()}"
+            yield f"{expected} top, {found}"
     else:
-        thickness = point[2]
+        # Only here: of other forms no distance is needed.
+        from virtual_lab.signed_distance import distance_of, slope
+
         try:
-            off = _off_surface(shape, point)
+            distance = distance_of(shape)
         except ValueError as error:
             yield f"shape.file: {error}"
             return
-        if off > ON_SURFACE_M:
-            yield f"{place} surface, found {point.tolist()}"
-    if not deepest < thickness:
-        yield f"contact.deepest_m: expected less than {thickness} (its thickness), found {deepest}"
-
-
-def _off_surface(shape: Mapping, point: np.ndarray) -> float:
-    """Distance of a point from the surface of an ear or of a drawn mesh [m]."""
-    if shape["kind"] == "ear":
-        from virtual_lab.ear import ear_distance as distance
-    else:
-        from virtual_lab.closed_mesh import ClosedMesh
-
-        distance = ClosedMesh(shape["file"])
-    return abs(float(distance(point[None])[0]))
+        if abs(float(distance(point[None])[0])) > ON_SURFACE_M:
+            yield f"{expected} surface, {found}"
+        elif slope(point[None], distance)[0, 2] < np.cos(STEEPEST_PLACE_RAD):
+            yield f"{field}: expected where the {kind} faces up, {found}"
+    if not deepest_m < thickness:
+        line = f"expected less than {thickness} (its thickness), found {deepest_m}"
+        yield f"contact.deepest_m: {line}"
 
 
 def _experiment(name: str, options: Mapping, lab: Mapping, sensors: Mapping) -> Iterator[str]:
@@ -201,11 +208,8 @@ def _experiment(name: str, options: Mapping, lab: Mapping, sensors: Mapping) -> 
             for found in options["distances_m"].get(sensor, []):
                 if not low <= found <= high:
                     yield f"distances_m.{sensor}: expected {low} to {high}, found {found}"
-    if name == "loading":
-        yield from _loading(options, lab)
-
-
-def _loading(options: Mapping, lab: Mapping) -> Iterator[str]:
+    if name != "loading":
+        return
     if options["object"] not in lab["objects"]:
         yield f"object: expected one of {', '.join(lab['objects'])}, found {options['object']}"
         return

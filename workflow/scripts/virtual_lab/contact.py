@@ -1,7 +1,7 @@
 """A soft solid between rigid obstacles: finite strain, penalty contact, Coulomb friction.
 
-Total Lagrangian with quadratic elements. The sphere advances in steps; each is solved by Newton's
-method and halved when that fails. The estimators share none of this code.
+Total Lagrangian with quadratic elements. The sphere advances in load steps; each is solved by
+Newton's method and halved when that fails. The estimators share none of this code.
 """
 
 import logging
@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtual_lab.material import Law
-from virtual_lab.mesh import SolidMesh
 from virtual_lab.obstacle import Sphere, Table
+from virtual_lab.solid import SolidMesh
 from virtual_lab.tangent import TangentSolver
 
 # Penalty stiffness over E / R; penetration stays below a hundredth of a millimetre or two.
@@ -49,7 +49,7 @@ class ContactStep:
     penetration_m : float
         Largest overlap of object and obstacles [m].
     support_n : (3,) array
-        Reaction of the held nodes on the object [N].
+        Reaction of the fixed nodes on the object [N].
     """
 
     depth_m: float
@@ -76,7 +76,7 @@ class Grip:
 
 
 class ContactProblem:
-    """Boundary value problem of a solid that a sphere presses.
+    """Boundary value problem of a solid that a sphere indents.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class ContactProblem:
     stiffness_pa : float
         Young's modulus, for the penalty's scale [Pa].
     fixed : (n, 3) bool array
-        Displacements that are held at zero.
+        Displacements that are zero.
     grade : (m, q) array, optional
         How much stiffer than the law's the solid is at its quadrature points; 1 if not given.
     """
@@ -117,8 +117,8 @@ class ContactProblem:
         self.parts = [slice(k, k + PART) for k in range(0, count, PART)]
         self.iterations = 0
 
-    def press(self, depths_m: NDArray) -> list[ContactStep]:
-        """Press the sphere to each of the increasing depths [m].
+    def indent(self, depths_m: NDArray) -> list[ContactStep]:
+        """Solve for each of the increasing indentation depths [m].
 
         Raises
         ------
@@ -127,7 +127,7 @@ class ContactProblem:
         """
         u = np.zeros(self.fixed.size)
         before, depth, step_before = u, 0.0, None
-        grips = self._grips(u, 0.0, None)
+        grips = self._grips(u, 0.0, [None] * len(self.obstacles))
         steps = []
         for wanted in depths_m:
             while depth < wanted - 1e-12:
@@ -162,13 +162,14 @@ class ContactProblem:
                     return None
                 share /= 2
                 continue
-            contact, patches, _ = self._contact(u, depth_m, grips, turning=last < SETTLED)
+            touches = self._touches(u, depth_m, grips, turning=last < SETTLED)
+            contact, patches = sum(touch[0] for touch in touches), [touch[1] for touch in touches]
             residual = (internal - contact)[self.free]
             scale = max(np.abs(contact).sum(), 1e-6)
             error = np.abs(residual).sum() / scale
             if error < RESIDUAL_TOLERANCE:
                 return u
-            # Near the end, what slips and sticks in turn rests on a part of the way.
+            # Near the end, what slips and sticks in turn is solved by parts of a step.
             if last < min(error, SETTLED) and share > SMALLEST_SHARE:
                 share /= 2
                 continue
@@ -196,33 +197,28 @@ class ContactProblem:
             )
         return self.tangent.gathered(forces), blocks
 
-    def _contact(
+    def _touches(
         self, u: NDArray, depth_m: float, grips: list, *, turning: bool = True
-    ) -> tuple[NDArray, list, float]:
-        """Nodal forces of all obstacles [N], their tangents (negated) [N/m], largest overlap [m].
+    ) -> list[tuple]:
+        """What `_touch` gives of each obstacle.
 
-        The turning of the normals is part of the tangent, but a guess's overlap stands for a
+        The turning of the normals is part of the tangent, but a guess's overlap means a
         pressure far beyond the object's, and with it the matrix loses its definiteness.
         """
-        total, blocks, overlap = np.zeros_like(u), [], 0.0
-        for obstacle, grip in zip(self.obstacles, grips, strict=True):
-            force, block, _, deepest = self._touch(obstacle, grip, u, depth_m, turning)
-            total += force
-            blocks.append(block)
-            overlap = max(overlap, deepest)
-        return total, blocks, overlap
+        pairs = zip(self.obstacles, grips, strict=True)
+        return [self._touch(obstacle, grip, u, depth_m, turning) for obstacle, grip in pairs]
 
     def _touch(
         self, obstacle: Obstacle, grip: Grip | None, u: NDArray, depth_m: float, turning: bool
     ) -> tuple[NDArray, tuple, NDArray, float]:
-        """Nodal forces, tangent blocks (with elements), tractions and overlap of an obstacle."""
+        """Nodal forces [N], negated tangents with their elements, tractions, overlap [m]."""
         patch, positions = self._positions(obstacle, u)
         gap, normal, curvature = obstacle.gap(positions, depth_m)
         penalty = self.penalty * obstacle.penalty
         pressure = penalty * np.maximum(-gap, 0.0)
         outer = normal[..., :, None] * normal[..., None, :]
         across = np.eye(3) - outer
-        # A flat bottom at rest just touches: nothing else holds it before it is pressed.
+        # A flat bottom at rest just touches: nothing else supports it before it is indented.
         stiffness = ((gap <= 0) * penalty)[..., None, None] * outer
         if turning:
             stiffness = stiffness - (pressure * curvature)[..., None, None] * across
@@ -243,7 +239,7 @@ class ContactProblem:
     def _friction(
         self, obstacle: Obstacle, grip: Grip, normal: NDArray, pressure: NDArray, moved: NDArray
     ) -> tuple[NDArray, NDArray]:
-        """Tangential tractions [Pa] and their tangent (negated), normals held."""
+        """Tangential tractions [Pa] and their tangent (negated), at fixed normals."""
         penalty = self.penalty * obstacle.penalty
         sticking = STICKING_FACTOR * penalty
         across = np.eye(3) - normal[..., :, None] * normal[..., None, :]
@@ -254,22 +250,17 @@ class ContactProblem:
         slips = (share < 1)[..., None, None]
         tangent = across - slips * along[..., :, None] * along[..., None, :]
         tangent = sticking * share[..., None, None] * tangent
-        # What slips is held by the more, the harder it is pressed.
+        # What slips resists the more, the larger the pressure.
         pressed = slips & (pressure > 0)[..., None, None]
         by_pressure = pressed * along[..., :, None] * normal[..., None, :]
         return share[..., None] * trial, tangent + obstacle.friction * penalty * by_pressure
 
-    def _grips(self, u: NDArray, depth_m: float, grips: list | None) -> list[Grip | None]:
+    def _grips(self, u: NDArray, depth_m: float, grips: list) -> list[Grip | None]:
         """What friction remembers of an equilibrium."""
-        found = []
-        for k, obstacle in enumerate(self.obstacles):
-            if not obstacle.friction:
-                found.append(None)
-                continue
-            _, positions = self._positions(obstacle, u)
-            before = grips[k] if grips else None
-            _, _, traction, _ = self._touch(obstacle, before, u, depth_m, turning=True)
-            found.append(Grip(positions - obstacle.place(depth_m), traction))
+        found: list[Grip | None] = []
+        for obstacle, touch in zip(self.obstacles, self._touches(u, depth_m, grips), strict=True):
+            offset = self._positions(obstacle, u)[1] - obstacle.place(depth_m)
+            found.append(Grip(offset, touch[2]) if obstacle.friction else None)
         return found
 
     def _positions(self, obstacle: Obstacle, u: NDArray) -> tuple:
@@ -280,10 +271,7 @@ class ContactProblem:
     def _describe(self, u: NDArray, depth_m: float, grips: list) -> ContactStep:
         W, _, _ = self.law(self._gradient(u))
         internal, _ = self._elastic(u)
-        touches = [
-            self._touch(obstacle, grip, u, depth_m, turning=True)
-            for obstacle, grip in zip(self.obstacles, grips, strict=True)
-        ]
+        touches = self._touches(u, depth_m, grips)
         contact = sum(touch[0] for touch in touches)
         support = np.where(self.fixed, internal - contact, 0.0).reshape(-1, 3).sum(axis=0)
         return ContactStep(

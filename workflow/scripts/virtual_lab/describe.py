@@ -8,11 +8,11 @@ import yaml
 from numpy.typing import NDArray
 
 from virtual_lab.block import box_surface
-from virtual_lab.seeds import seed_of
+from virtual_lab.rig_errors import seed_of
 
 BLOCK_EDGE_M = 0.015
 # Bumps of a template in error: wavelengths of a few of its edges, none at the table.
-BUMPS, BUMP_M, FOOT_M = 24, (0.08, 0.20), 0.01
+BUMPS, BUMP_M, BASE_M = 24, (0.08, 0.20), 0.01
 
 
 def object_text(spec: Mapping, *, name: str) -> str:
@@ -36,7 +36,7 @@ def box_template(size_m: NDArray, edge_m: float) -> trimesh.Trimesh:
 
 
 def misdeclared(spec: Mapping, errors: Mapping, *, name: str) -> dict:
-    """An object's block with points declared beside where the hand presses, along x and y.
+    """An object's block with points declared beside where they are indented, along x and y.
 
     ``errors`` has the lab's ``seed`` and the sizes, ``device``; empty: the block as it is.
     """
@@ -61,5 +61,5 @@ def bumped(template: trimesh.Trimesh, errors: Mapping, *, name: str) -> None:
     heading /= np.linalg.norm(heading, axis=0)
     angle = template.vertices @ (heading * 2 * np.pi / rng.uniform(*BUMP_M, BUMPS))
     field = np.sin(angle + rng.uniform(0, 2 * np.pi, BUMPS)).sum(axis=1) * np.sqrt(2 / BUMPS)
-    high = np.clip(template.vertices[:, 2] / FOOT_M, 0, 1)
+    high = np.clip(template.vertices[:, 2] / BASE_M, 0, 1)
     template.vertices += size_m * (field * high)[:, None] * template.vertex_normals

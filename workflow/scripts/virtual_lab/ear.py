@@ -53,17 +53,9 @@ NOTCH_MM = [(-10, -3, 19, 8), (-15, -7, 19.5, 5.5), (-20, -10.5, 20, 3.8), (-25,
 
 
 def ear_distance(points_m: NDArray) -> NDArray:
-    """Approximate signed distance to the ear on its table, negative inside.
+    """Approximate signed distance (n,) [m] of points (n, 3) [m] to the ear, negative inside.
 
-    Parameters
-    ----------
-    points_m : (n, 3) array
-        Object frame [m].
-
-    Returns
-    -------
-    (n,) array
-        [m]
+    Object frame; the ear stands on its table.
     """
     points = np.asarray(points_m, dtype=float)
     return np.maximum(uncut_ear_distance(points), -points[:, 2])
@@ -113,28 +105,16 @@ def _grooves() -> list[tuple["_Tube", float]]:
 
 @cache
 def _ridges() -> list[tuple["_Tube", float]]:
-    """Ridges, each with the length over which its foot is rounded."""
+    """Ridges, each with the length over which its base is rounded."""
     walls = [(HELIX_MM, -0.35, 4.0), (ANTIHELIX_MM, 0.3, 5.0), (LOWER_CRUS_MM, 0.2, 4.0)]
-    rolls = [
-        (CRUS_MM, 4.0),
-        (SCAPHA_MM, 3.0),
-        (CHEEK_MM, 8.0),
-        (TRAGUS_MM, 7.0),
-        (ANTITRAGUS_MM, 8.0),
-    ]
+    rolls = [(CRUS_MM, 4.0), (SCAPHA_MM, 3.0), (CHEEK_MM, 8.0), (TRAGUS_MM, 7.0)]
+    rolls += [(ANTITRAGUS_MM, 8.0)]
     ridges = [(_Wall(line, swell), joint * MM) for line, swell, joint in walls]
     return ridges + [(_Tube(line), joint * MM) for line, joint in rolls]
 
 
 class _Tube:
-    """Round tube along a smooth line; its radius varies.
-
-    Parameters
-    ----------
-    line_mm : list of (x, y, z, radius)
-    axes : int
-        Nearest points are sought along the first two or all three axes.
-    """
+    """Round tube along a line (x, y, z, radius) [mm], nearest by its first two or three axes."""
 
     def __init__(self, line_mm: list[tuple], axes: int = 3) -> None:
         drawn = np.array(line_mm, dtype=float) * MM
@@ -162,20 +142,13 @@ class _Tube:
 
 
 class _Wall(_Tube):
-    """Ridge that stands on the ground: a tube above its middle line, a wall below.
-
-    Parameters
-    ----------
-    line_mm : list of (x, y, z, radius)
-    swell : float
-        By what part the wall is thicker at its foot.
-    """
+    """Ridge on the ground: a tube above its middle line, below a wall that swells to its base."""
 
     def __init__(self, line_mm: list[tuple], swell: float) -> None:
         super().__init__(line_mm, axes=2)
-        self.swell, lean = swell, np.hypot(1, self.rate[:, 2])
-        change = np.gradient(lean, _along(self.value[:, :2]))
-        self.value = np.column_stack([self.value, lean])
+        self.swell, tilt = swell, np.hypot(1, self.rate[:, 2])
+        change = np.gradient(tilt, _along(self.value[:, :2]))
+        self.value = np.column_stack([self.value, tilt])
         self.rate = np.column_stack([self.rate, change])
 
     def __call__(self, points: NDArray) -> NDArray:
@@ -189,13 +162,7 @@ class _Wall(_Tube):
 
 
 class _Outline:
-    """Upright cylinder over a closed smooth line.
-
-    Parameters
-    ----------
-    line_mm : list of (x, y)
-        Clockwise seen from above.
-    """
+    """Upright cylinder over a closed smooth line (x, y) [mm], clockwise seen from above."""
 
     def __init__(self, line_mm: list[tuple]) -> None:
         drawn = np.array([*line_mm, line_mm[0]], dtype=float) * MM

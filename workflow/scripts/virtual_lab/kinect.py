@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from palpate.capture.images import DISPARITY, count_m
 
-from virtual_lab.render import LIFT_M, View
-from virtual_lab.scene import Scene, dot
-from virtual_lab.surface_look import look_at_hits
+from virtual_lab.render import LIFT_M, PosedCamera
+from virtual_lab.scene import Scene, dot, look_at_hits
 
 WINDOW_PX = 9
 LARGEST_COUNT = 2046
@@ -22,7 +21,7 @@ PATTERN_MARGIN_PX = 140
 # The infrared image, with 1 for a white wall's dot at 1 m head-on.
 AMBIENT, LARGEST_SIGNAL = 0.02, 4.0
 SEARCH_MARGIN_PX, SEARCH_STEP_PX = 3, 0.5
-# Most things are lighter at 830 nm than to the eye.
+# Most things are lighter at 830 nm than in visible light.
 INFRARED_FLOOR = 0.3
 
 
@@ -35,7 +34,7 @@ class KinectDepth:
 
     Parameters
     ----------
-    view : View
+    view : PosedCamera
         The infrared camera.
     spec : mapping
         ``depth`` block of the sensor's file.
@@ -48,7 +47,12 @@ class KinectDepth:
     """
 
     def __init__(
-        self, view: View, spec: Mapping, range_m: tuple, options: Mapping, rng: np.random.Generator
+        self,
+        view: PosedCamera,
+        spec: Mapping,
+        range_m: tuple,
+        options: Mapping,
+        rng: np.random.Generator,
     ) -> None:
         self.view, self.spec, self.range_m, self.options = view, spec, range_m, options
         camera = view.camera
@@ -83,19 +87,15 @@ class KinectDepth:
         found, score = self._match(infrared, *ends)
         depth = self.product / np.maximum(found, 1e-6)
         found = found + self.distortion_px
-        counts = self._depths(found) if depths else self._counts(found)
+        if depths:
+            counts = self.stated_px_m / np.maximum(found, 1e-6) / count_m(self.spec)
+        else:
+            counts = (found - self.spec["disparity_offset_px"]) / self.spec["disparity_scale"]
         valid = (score > self.options["correlation"]) & (counts >= 0)
         valid &= counts <= (LARGEST_U16 if depths else LARGEST_COUNT)
         valid &= (depth > self.range_m[0]) & (depth < self.range_m[1])
         rounded = np.round(np.where(valid, counts, 0)).astype(np.uint16)
         return np.where(valid, rounded, nothing).astype(np.uint16)
-
-    def _depths(self, disparity_px: NDArray) -> NDArray:
-        return self.stated_px_m / np.maximum(disparity_px, 1e-6) / count_m(self.spec)
-
-    def _counts(self, disparity_px: NDArray) -> NDArray:
-        """Normalised disparity of Eq. 4.2."""
-        return (disparity_px - self.spec["disparity_offset_px"]) / self.spec["disparity_scale"]
 
     def true_signal(self, scene: Scene) -> tuple[NDArray, NDArray]:
         """Exact disparity f b / Z [px], NaN where nothing is seen, and the light that returns."""
@@ -108,12 +108,12 @@ class KinectDepth:
         to_projector = self.projector[:3] - points
         distance = np.linalg.norm(to_projector, axis=1, keepdims=True)
         towards = to_projector / distance
-        look = look_at_hits(scene, hits, points, directions, 1 / camera.fx_px)
-        cosine = np.abs(dot(look.normals, towards))
+        normals, colours, _, _ = look_at_hits(scene, hits, points, directions, 1 / camera.fx_px)
+        cosine = np.abs(dot(normals, towards))
         lit = np.zeros(len(points), dtype=bool)
         start = points + towards * 20 * LIFT_M
         lit[seen] = ~scene.blocked(start[seen], towards[seen])
-        reflectance = INFRARED_FLOOR + (1 - INFRARED_FLOOR) * look.colours.mean(axis=1)
+        reflectance = INFRARED_FLOOR + (1 - INFRARED_FLOOR) * colours.mean(axis=1)
         strength = np.where(lit, reflectance * cosine / np.maximum(distance[:, 0], 0.1) ** 2, 0)
         disparity = np.where(seen & (depth > 0), self.product / np.maximum(depth, 1e-6), np.nan)
         return disparity.reshape(self.shape), strength.reshape(self.shape)
@@ -139,10 +139,8 @@ class KinectDepth:
         image = _normalised(infrared)
         first = int((low - SEARCH_MARGIN_PX) / SEARCH_STEP_PX)
         last = int((high + SEARCH_MARGIN_PX) / SEARCH_STEP_PX) + 1
-        best = np.full(self.shape, -1.0, dtype=np.float32)
-        place = np.zeros(self.shape, dtype=np.float32)
-        sides = np.zeros((2, *self.shape), dtype=np.float32)
-        before = np.full(self.shape, -1.0, dtype=np.float32)
+        best, before = np.full((2, *self.shape), -1.0, dtype=np.float32)
+        place, *sides = np.zeros((3, *self.shape), dtype=np.float32)
         rising = np.zeros(self.shape, dtype=bool)
         for candidate in range(first, last + 1):
             score = cv2.blur(image * self._reference(candidate), (WINDOW_PX, WINDOW_PX))
@@ -153,9 +151,8 @@ class KinectDepth:
             np.copyto(sides[0], before, where=rising)
             before = score
         curvature = sides[0] - 2 * best + sides[1]
-        offset = np.where(
-            curvature < 0, 0.5 * (sides[0] - sides[1]) / np.minimum(curvature, -1e-6), 0
-        )
+        fitted = 0.5 * (sides[0] - sides[1]) / np.minimum(curvature, -1e-6)
+        offset = np.where(curvature < 0, fitted, 0)
         return SEARCH_STEP_PX * (place + np.clip(offset, -0.5, 0.5)), best
 
     def _reference(self, candidate: int) -> NDArray:

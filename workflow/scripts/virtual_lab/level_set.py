@@ -4,13 +4,12 @@ After the idea of isosurface stuffing (Labelle and Shewchuk 2007), on a lattice 
 tetrahedra each, which keeps planes of symmetry and flat supports exact.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshTet
 
-Distance = Callable[[NDArray], NDArray]
+from virtual_lab.signed_distance import Distance, slope
+
 # The six tetrahedra of a cube around its diagonal; corner k is (k & 1, k >> 1 & 1, k >> 2 & 1).
 CUBE = np.array(
     [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]
@@ -20,7 +19,6 @@ EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
 WARP = 0.3
 SMALLEST_VOLUME = 1e-4
 PROJECTIONS = 3
-STEP_M = 1e-5
 # A new vertex on a flat cut this near to the curved surface lies on their common edge.
 REACH_M = 3e-4
 # What a tetrahedron must keep of its volume when vertices move onto the surface.
@@ -121,7 +119,7 @@ def _settled(mesh: MeshTet, moved: NDArray, places_m: NDArray) -> MeshTet:
     while True:
         points = mesh.p.copy()
         points[:, moved] = places_m.T
-        before, after = _volumes(mesh.p, mesh.t), _volumes(points, mesh.t)
+        before, after = _volumes(mesh.p.T, mesh.t.T), _volumes(points.T, mesh.t.T)
         crushed = np.abs(before) * LEAST_SHARE > after * np.sign(before)
         bad = np.isin(moved, mesh.t[:, crushed])
         if not bad.any():
@@ -129,8 +127,8 @@ def _settled(mesh: MeshTet, moved: NDArray, places_m: NDArray) -> MeshTet:
         moved, places_m = moved[~bad], places_m[~bad]
 
 
-def _volumes(points: NDArray, tets: NDArray) -> NDArray:
-    corners = points.T[tets.T]
+def _volumes(nodes: NDArray, tets: NDArray) -> NDArray:
+    corners = nodes[tets]
     return np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
 
 
@@ -139,24 +137,17 @@ def onto_surface(
 ) -> NDArray:
     """Move points near the surface onto it; on flat cuts just those within reach, in their cut."""
     points = points_m.copy()
-    held = np.stack([np.abs(points[:, axis] - place) < 1e-9 for axis, place in planes], axis=1)
+    in_cut = np.stack([np.abs(points[:, axis] - place) < 1e-9 for axis, place in planes], axis=1)
     # A point inside a cut's face is no point of the curved surface.
-    inner = held.any(axis=1) & (np.abs(distance(points)) > reach_m)
+    inner = in_cut.any(axis=1) & (np.abs(distance(points)) > reach_m)
     for _ in range(PROJECTIONS):
         values, gradient = distance(points), slope(points, distance)
         for column, (axis, _place) in enumerate(planes):
-            gradient[held[:, column], axis] = 0
+            gradient[in_cut[:, column], axis] = 0
         size = np.maximum((gradient**2).sum(axis=1), 0.05)
         move = gradient * (values / size)[:, None]
         points[~inner] -= move[~inner]
     return points
-
-
-def slope(points_m: NDArray, distance: Distance) -> NDArray:
-    """Gradient of a signed distance by central differences, shape (n, 3)."""
-    offsets = STEP_M * np.eye(3)
-    sides = [distance(points_m + o) - distance(points_m - o) for o in offsets]
-    return np.stack(sides, axis=1) / (2 * STEP_M)
 
 
 def _lattice(low: NDArray, high: NDArray, spacing: float) -> tuple[NDArray, NDArray]:
@@ -252,8 +243,7 @@ def _prisms(prisms: NDArray) -> NDArray:
 
 def _tidy(nodes: NDArray, tets: NDArray, spacing: float) -> tuple[NDArray, NDArray]:
     """Orient, leave out slivers of no volume and unused nodes."""
-    corners = nodes[tets]
-    volume = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
+    volume = _volumes(nodes, tets)
     tets = np.where((volume < 0)[:, None], tets[:, [0, 2, 1, 3]], tets)
     tets = tets[np.abs(volume) > SMALLEST_VOLUME * spacing**3 / 6]
     used, tets = np.unique(tets, return_inverse=True)

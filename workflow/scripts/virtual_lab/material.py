@@ -1,11 +1,14 @@
-"""Hyperelastic laws of the lab's objects."""
+"""Materials of the lab's objects: hyperelastic laws, relaxation, softening by a first loading."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import erf
 
 GENT_LIMIT, HILL_EXPONENT = 10.0, 8.0
+# Part of the most work ever done, over which a first loading's softening comes in.
+SOFTENED_WITHIN = 0.3
 # Squares of stretches so near to each other are one.
 SAME = 1e-5
 
@@ -13,17 +16,7 @@ Law = Callable[[NDArray], tuple[NDArray, NDArray, NDArray]]
 
 
 def lame(E: float, nu: float) -> tuple[float, float]:
-    """Lame parameters of small strains [Pa].
-
-    Raises
-    ------
-    ValueError
-        If E is not positive or nu outside [0, 0.5).
-    """
-    if not E > 0:
-        raise ValueError(f"youngs_modulus_pa: expected a number > 0, found {E}")
-    if not 0 <= nu < 0.5:
-        raise ValueError(f"poisson_ratio: expected 0 <= nu < 0.5, found {nu}")
+    """Lame parameters of small strains [Pa]."""
     return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
 
 
@@ -66,19 +59,9 @@ def blatz_ko(E: float, nu: float) -> Law:
     W = mu/2 [I2/I3 - 3 + (J^(2 beta) - 1)/beta] with beta = nu/(1 - 2 nu): the law of Ogden and
     Hill with the one exponent -2. It stiffens in compression.
 
-    Parameters
-    ----------
-    E, nu : float
-        Young's modulus [Pa] and Poisson's ratio at small strain; nu > 0.
-
-    Returns
-    -------
-    callable
-        As `neo_hookean`.
+    Parameters and result as of `neo_hookean`, but nu > 0.
     """
     lam, mu = lame(E, nu)
-    if not lam > 0:
-        raise ValueError(f"poisson_ratio: expected 0 < nu < 0.5 for blatz_ko, found {nu}")
     beta = lam / (2 * mu)
 
     def law(F: NDArray) -> tuple[NDArray, NDArray, NDArray]:
@@ -102,15 +85,7 @@ def gent(E: float, nu: float) -> Law:
 
     W = -5 mu ln(1 - (I1' - 3)/10) + K/2 (J - 1)^2, with I1' of the isochoric part.
 
-    Parameters
-    ----------
-    E, nu : float
-        Young's modulus [Pa] and Poisson's ratio at small strain.
-
-    Returns
-    -------
-    callable
-        As `neo_hookean`.
+    Parameters and result as of `neo_hookean`.
     """
     lam, mu = lame(E, nu)
     K = lam + 2 * mu / 3
@@ -138,20 +113,12 @@ def gent(E: float, nu: float) -> Law:
 
 
 def hill_foam(E: float, nu: float) -> Law:
-    """Foam of Hill 1978 and Storakers 1986 with the one exponent 8, which yields when pressed.
+    """Foam of Hill 1978 and Storakers 1986 with the one exponent 8, which yields in compression.
 
     W = 2 mu/a^2 [sum l^a - 3 + (J^(-a beta) - 1)/beta], with stretches l and beta as `blatz_ko`:
     in compression the stress comes to a plateau, as cells that buckle.
 
-    Parameters
-    ----------
-    E, nu : float
-        Young's modulus [Pa] and Poisson's ratio at small strain.
-
-    Returns
-    -------
-    callable
-        As `neo_hookean`.
+    Parameters and result as of `neo_hookean`.
     """
     lam, mu = lame(E, nu)
     a, beta = HILL_EXPONENT, lam / (2 * mu)
@@ -201,9 +168,64 @@ def _divided(c: NDArray, power: float) -> NDArray:
     return np.where(same, slope, (first**power - second**power) / np.where(same, 1, apart))
 
 
-LAWS = {
-    "neo_hookean": neo_hookean,
-    "blatz_ko": blatz_ko,
-    "gent": gent,
-    "hill_foam": hill_foam,
-}
+LAWS = {law.__name__: law for law in (neo_hookean, blatz_ko, gent, hill_foam)}
+
+
+def relaxed_force(
+    time_s: NDArray,
+    elastic_force_n: NDArray,
+    *,
+    fractions: Sequence[float],
+    times_s: Sequence[float],
+) -> NDArray:
+    """Hereditary integral of a Prony series over the elastic force, (n,) [N].
+
+    G(t) = 1 - sum g_i (1 - exp(-t / tau_i)), as part of the instantaneous modulus; exact for an
+    elastic force that is linear between the samples.
+
+    Parameters
+    ----------
+    time_s : (n,) array
+        Increasing times [s].
+    elastic_force_n : (n,) array
+        Force that the instantaneous modulus would give [N].
+    fractions, times_s : sequences of float
+        g_i and tau_i [s].
+    """
+    force = np.asarray(elastic_force_n) * (1 - sum(fractions))
+    steps, changes = np.diff(time_s), np.diff(elastic_force_n)
+    for fraction, tau in zip(fractions, times_s, strict=True):
+        decay = np.exp(-steps / tau)
+        gain = fraction * changes * (1 - decay) * tau / steps
+        part = np.zeros(len(time_s))
+        part[0] = fraction * elastic_force_n[0]
+        for k in range(len(steps)):
+            part[k + 1] = decay[k] * part[k] + gain[k]
+        force = force + part
+    return force
+
+
+def softening(depth_m: NDArray, force_n: NDArray, loss: float) -> NDArray:
+    """What a first loading leaves of rubber's force (Mullins), as of Ogden and Roxburgh 1999.
+
+    At growing depth all of it; short of the maximum depth so far
+    1 - loss erf((W_max - W)/(0.3 W_max)), with the work W of the first loading to a depth.
+
+    Parameters
+    ----------
+    depth_m, force_n : (n,) arrays
+        Depth in the order of time [m] and the force of the first loading [N].
+    loss : float
+        Share that is lost at zero depth.
+
+    Returns
+    -------
+    (n,) array
+    """
+    order = np.argsort(depth_m, kind="stable")
+    steps = np.diff(depth_m[order]) * (force_n[order][1:] + force_n[order][:-1]) / 2
+    work = np.empty(len(depth_m))
+    work[order] = np.concatenate([[0.0], np.cumsum(steps)])
+    most = np.maximum.accumulate(work)
+    scale = SOFTENED_WITHIN * np.maximum(most, np.finfo(float).tiny)
+    return 1 - loss * erf((most - work) / scale)

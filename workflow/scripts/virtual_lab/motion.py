@@ -1,4 +1,4 @@
-"""The hand that moves the probe: rest, approach, press, hold, release, with tilt and tremor."""
+"""How an operator moves the probe: rest, approach, loading, hold, release; tilt and tremor."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from virtual_lab.obstacle import DOWN
 
-# A hand's tremor lies below about ten hertz.
+# An operator's tremor lies below about ten hertz.
 TREMOR_HZ = (0.6, 9.0)
 TREMOR_TONES = 12
 HOVER_M = 0.001
@@ -37,8 +37,8 @@ class ProbeMotion:
     object_from_force: NDArray
 
 
-class Hand:
-    """One recording's motion, a function of time.
+class Operator:
+    """Who moves the probe in one recording, as a function of time.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class Hand:
     radius_m : float
         Radius of the sphere [m].
     direction : (3,) array, optional
-        Of the press, of length 1.
+        Of the indentation, of length 1.
     facing : (3,) array
         Horizontal unit vector from the object to the camera; the marker faces it.
     rng : numpy.random.Generator
@@ -76,7 +76,7 @@ class Hand:
 
     @property
     def frames(self) -> int:
-        """Frames of the film: as many as ``frames`` says, else until the motion ends."""
+        """Frames of the recording: as many as ``frames`` says, else until the motion ends."""
         o = self.options
         moving_s = (o["press_s"] + o.get("release_s", 0)) * self.pace
         stop_s = o["rest_s"] + o["approach_s"] + moving_s + o.get("hold_s", 0)
@@ -99,13 +99,13 @@ class Hand:
         o = self.options
         start = o["rest_s"]
         approach = _minimum_jerk((time_s - start) / o["approach_s"])
-        pressing_s = time_s - start - o["approach_s"]
-        press = _ramped(pressing_s / (o["press_s"] * self.pace))
+        loading_s = time_s - start - o["approach_s"]
+        share = _ramped(loading_s / (o["press_s"] * self.pace))
         if "release_s" in o:
-            released_s = pressing_s - o["press_s"] * self.pace - o["hold_s"]
-            press = press - _ramped(released_s / (o["release_s"] * self.pace))
+            released_s = loading_s - o["press_s"] * self.pace - o["hold_s"]
+            share = share - _ramped(released_s / (o["release_s"] * self.pace))
         above = o["approach_m"] - HOVER_M
-        return -o["approach_m"] + above * approach + (self.depth_m + HOVER_M) * press
+        return -o["approach_m"] + above * approach + (self.depth_m + HOVER_M) * share
 
 
 def upright(facing: NDArray, tilt_rad: NDArray) -> NDArray:
@@ -124,7 +124,7 @@ def upright(facing: NDArray, tilt_rad: NDArray) -> NDArray:
 
 
 def _turn_to(direction: NDArray) -> NDArray:
-    """Rotation that takes straight down to a direction by the shortest way, (3, 3)."""
+    """Rotation that takes straight down to a direction by the smallest angle, (3, 3)."""
     axis = np.cross(DOWN, direction)
     sine = np.linalg.norm(axis)
     angle = np.arctan2(sine, np.dot(DOWN, direction))
@@ -132,13 +132,7 @@ def _turn_to(direction: NDArray) -> NDArray:
 
 
 class Tones:
-    """Sum of sinusoids of random frequency and phase, unit standard deviation in each channel.
-
-    Parameters
-    ----------
-    rng : numpy.random.Generator
-    channels : int
-    """
+    """Sum of sinusoids of random frequency and phase, unit standard deviation in each channel."""
 
     def __init__(self, rng: np.random.Generator, *, channels: int) -> None:
         size = (TREMOR_TONES, channels)

@@ -16,23 +16,22 @@ class Sphere:
     ----------
     start_m : (3,) array
         Its centre when it first touches [m].
-    radius_m : float
-    friction : float
-        Coulomb's coefficient.
-    patch : str
-        Facets of the mesh that it can touch.
+    radius_m, friction : float
+        Radius [m] and Coulomb's coefficient.
     direction : (3,) tuple
         In which it goes, of length 1.
     penalty : float
         Its stiffness, in the solver's.
+    patch : str
+        Facets of the mesh that it can touch.
     """
 
     start_m: NDArray
     radius_m: float
     friction: float = 0.0
-    patch: str = "top"
     direction: tuple[float, ...] = DOWN
     penalty: float = 1.0
+    patch: str = "top"
 
     def place(self, depth_m: float) -> NDArray:
         """Its centre at a depth, shape (3,) [m]."""
@@ -47,27 +46,17 @@ class Sphere:
 
 @dataclass(frozen=True)
 class Table:
-    """The plane z = 0.
-
-    Attributes
-    ----------
-    friction : float
-        Coulomb's coefficient.
-    patch : str
-        Facets of the mesh that can touch it.
-    penalty : float
-        Its stiffness, in the solver's.
-    """
+    """The plane z = 0; attributes as of `Sphere`."""
 
     friction: float = 0.0
-    patch: str = "bottom"
     penalty: float = 1.0
+    patch: str = "bottom"
 
     def place(self, depth_m: float) -> NDArray:
         """Return a point that is fixed to it, shape (3,) [m]."""
         return np.zeros(3)
 
     def gap(self, points_m: NDArray, depth_m: float) -> tuple[NDArray, NDArray, NDArray]:
-        """Gap (...) [m], outward normal (..., 3) and curvature (...) [1/m] seen from points."""
+        """As `Sphere.gap`."""
         height = points_m[..., 2]
         return height, np.broadcast_to([0.0, 0.0, 1.0], points_m.shape), np.zeros_like(height)

@@ -9,21 +9,24 @@ from numpy.typing import NDArray
 from palpate.vision.camera import PinholeCamera
 from scipy.spatial.transform import Rotation
 
-from virtual_lab.part import OBJECT, PROBE_PARTS
-from virtual_lab.scene import Scene, dot, unit
-from virtual_lab.surface_look import look_at_hits
+from virtual_lab.parts import OBJECT, PROBE_PARTS
+from virtual_lab.scene import Scene, dot, look_at_hits, unit
 
 RAYS_AT_ONCE = 16_000
 LIFT_M = 2e-5
 NEAREST_M = 0.05
 BOX_MARGIN_PX = 10
+# Rays a pixel of what moves, along each side.
+MOVING_SAMPLES = 3
+# A surface displacement up to this is none.
+STILL_M = 2e-6
 # Width of the square around a changed pixel that takes in the soft edge of its shadow [px].
 SHADOW_EDGE_PX = 21
 
 
 @dataclass(frozen=True)
-class View:
-    """A camera and where it stands (camera axes of OpenCV, object frame)."""
+class PosedCamera:
+    """A camera and its pose (camera axes of OpenCV, object frame)."""
 
     camera: PinholeCamera
     object_from_camera: NDArray
@@ -37,6 +40,17 @@ class View:
     def camera_from_object(self) -> NDArray:
         """Transform from the object's frame, shape (4, 4)."""
         return np.linalg.inv(self.object_from_camera)
+
+    def local(self, points_m: NDArray) -> NDArray:
+        """Points of the object's frame in the camera's, (n, 3) [m]."""
+        transform = self.camera_from_object
+        return points_m @ transform[:3, :3].T + transform[:3, 3]
+
+    def shows(self, points_m: NDArray, margin_px: int) -> bool:
+        """Whether all points of the object's frame lie in the picture, a margin from its edge."""
+        pixels = self.camera.project(self.local(points_m))
+        limit = np.array([self.camera.width_px, self.camera.height_px]) - margin_px
+        return bool((pixels > margin_px).all() and (pixels < limit).all())
 
 
 @dataclass(frozen=True)
@@ -68,7 +82,7 @@ class Layer:
     colour : (h, w, 3) float32 array
         Linear radiance.
     kind : (h, w) int8 array
-        What each pixel's centre sees (`virtual_lab.part`), -1 for nothing.
+        What each pixel's centre sees (`virtual_lab.parts`), -1 for nothing.
     lit : (h, w) bool array
         Whether the key light's centre reaches it.
     """
@@ -83,15 +97,18 @@ def look_at(
     *,
     distance_m: float,
     elevation_deg: float,
+    turn_deg: float = 0,
     bumped_deg: Sequence[float] = (0, 0, 0),
 ) -> NDArray:
-    """Pose of a level camera on the side y < 0 that looks at a target, shape (4, 4).
+    """Pose of a level camera that looks at a target, shape (4, 4).
 
-    Then it is bumped: turned about its own x, y and z.
+    It is on the side y < 0, or turned about the target's z; then bumped about its own x, y and z.
     """
-    elevation = np.deg2rad(elevation_deg)
-    forward = np.array([0.0, np.cos(elevation), -np.sin(elevation)])
-    right = np.array([1.0, 0.0, 0.0])
+    elevation, turn = np.deg2rad(elevation_deg), np.deg2rad(turn_deg)
+    level = np.cos(elevation)
+    # Not -0.0, which would be another byte of the truth.
+    forward = np.array([0 - level * np.sin(turn), level * np.cos(turn), -np.sin(elevation)])
+    right = np.array([np.cos(turn), np.sin(turn), 0.0])
     pose = np.eye(4)
     pose[:3, :3] = np.column_stack([right, np.cross(forward, right), forward])
     pose[:3, 3] = np.asarray(target_m) - distance_m * forward
@@ -99,58 +116,61 @@ def look_at(
     return pose
 
 
-def render(view: View, scene: Scene, light: Light, *, samples: int) -> Layer:
+def render(view: PosedCamera, scene: Scene, light: Light, *, samples: int) -> Layer:
     """Render a whole picture with samples x samples rays a pixel."""
     camera = view.camera
     pixels = camera.pixel_grid()
-    kind, lit = _at_centres(view, scene, light, pixels)
+    hits, lit = _at_centres(view, scene, light, pixels)
     colour = _supersampled(view, scene, light, pixels, samples)
     shape = (camera.height_px, camera.width_px)
+    kind = hits["kind"].astype(np.int8)
     return Layer(colour.reshape(*shape, 3), kind.reshape(shape), lit.reshape(shape))
 
 
 def render_change(
-    view: View,
+    view: PosedCamera,
     scene: Scene,
     light: Light,
     still: Layer,
-    boxes_px: list[tuple[int, int, int, int]],
     *,
-    moved_m: NDArray | None,
-    still_m: float,
-    samples: int,
+    moved_m: NDArray | None = None,
+    samples: int = MOVING_SAMPLES,
 ) -> Layer:
-    """Render again what the probe, its shadow or the dent changed of a still picture.
+    """Render again what the probe, its shadow or the indentation changed of a still picture.
 
     Parameters
     ----------
     view, scene, light
-        The moment to render.
+        The moment to render, with a probe.
     still : Layer
         The same view without the probe.
-    boxes_px : list of (left, top, right, bottom)
-        Parts of the picture where anything can have changed [px].
-    moved_m : (n,) array or None
+    moved_m : (n,) array, optional
         How far each vertex of the object is from its place in the still picture [m].
-    still_m : float
-        Moves up to this do not count [m].
     samples : int
         Rays a pixel along each side.
-
-    Returns
-    -------
-    Layer
     """
+    outline = scene.probe.outline() @ scene.object_from_force.T + scene.tip_m
+    # The shadow lies between the table and the height of the tip.
+    around_m = [outline] + [
+        outline - light.towards * ((outline[:, 2:] - height) / light.towards[2])
+        for height in (0.0, max(scene.tip_m[2], 0.0))
+    ]
+    if moved_m is not None and (moved_m > STILL_M).any():
+        around_m.append(scene.rest_m[moved_m > STILL_M])
     candidates = np.zeros(still.kind.shape, dtype=np.uint8)
-    for left, top, right, bottom in boxes_px:
+    for points in around_m:
+        left, top, right, bottom = _projected_box(view, points)
         candidates[max(top, 0) : max(bottom, 0), max(left, 0) : max(right, 0)] = 1
     rows, columns = np.nonzero(candidates)
     pixels = np.column_stack([columns, rows]).astype(float)
     kind, lit = still.kind.copy(), still.lit.copy()
-    kind[rows, columns], lit[rows, columns] = _at_centres(view, scene, light, pixels)
+    hits, lit[rows, columns] = _at_centres(view, scene, light, pixels)
+    kind[rows, columns] = hits["kind"]
     changed = (kind != still.kind) | (lit != still.lit) | np.isin(kind, PROBE_PARTS)
     if moved_m is not None:
-        changed[rows, columns] |= _on_moved(view, scene, pixels, moved_m > still_m)
+        body = hits["kind"] == OBJECT
+        body[body] = (moved_m > STILL_M)[scene.faces[hits["triangle"][body]]].any(axis=1)
+        changed[rows, columns] |= body
     edge = np.ones((SHADOW_EDGE_PX, SHADOW_EDGE_PX), np.uint8)
     changed = cv2.dilate(changed.astype(np.uint8), edge) > 0
     rows, columns = np.nonzero(changed)
@@ -160,49 +180,34 @@ def render_change(
     return Layer(colour, kind, lit)
 
 
-def render_around(
-    view: View, scene: Scene, light: Light, still: Layer, parts_m: list[NDArray], *, samples: int
-) -> Layer:
-    """Render again what parts of a scene (points (n, 3) each) and their shadows changed."""
-    boxes = [projected_box(view, points, BOX_MARGIN_PX) for points in parts_m]
-    return render_change(view, scene, light, still, boxes, moved_m=None, still_m=0, samples=samples)
-
-
-def projected_box(view: View, points_m: NDArray, margin_px: int) -> tuple[int, int, int, int]:
-    """Box around the projection of points of the object frame, with a margin [px].
-
-    It is the whole picture where a point is not in front of the camera.
-    """
-    transform = view.camera_from_object
-    local = points_m @ transform[:3, :3].T + transform[:3, 3]
+def _projected_box(view: PosedCamera, points_m: NDArray) -> tuple[int, int, int, int]:
+    """Box around projected points [px]; all of the picture where one is not before the camera."""
+    local = view.local(points_m)
     if local[:, 2].min() < NEAREST_M:
         return 0, 0, view.camera.width_px, view.camera.height_px
     pixels = view.camera.project(local)
-    low, high = pixels.min(axis=0) - margin_px, pixels.max(axis=0) + margin_px
+    low, high = pixels.min(axis=0) - BOX_MARGIN_PX, pixels.max(axis=0) + BOX_MARGIN_PX
     size = np.array([view.camera.width_px, view.camera.height_px])
     low, high = np.clip(low, 0, size), np.clip(high, 0, size)
     return int(low[0]), int(low[1]), int(np.ceil(high[0])), int(np.ceil(high[1]))
 
 
-def _at_centres(view: View, scene: Scene, light: Light, pixels: NDArray) -> tuple[NDArray, NDArray]:
+def _at_centres(
+    view: PosedCamera, scene: Scene, light: Light, pixels: NDArray
+) -> tuple[dict, NDArray]:
+    """First hits of the rays through pixels, and whether the key light's centre reaches them."""
     origin, directions = view.rays(pixels)
     hits = scene.cast(origin, directions)
     seen = hits["kind"] >= 0
     lit = np.zeros(len(pixels), dtype=bool)
     points = origin + directions[seen] * (hits["t"][seen, None] - LIFT_M)
     lit[seen] = ~scene.blocked(points, light.towards)
-    return hits["kind"].astype(np.int8), lit
+    return hits, lit
 
 
-def _on_moved(view: View, scene: Scene, pixels: NDArray, moved: NDArray) -> NDArray:
-    origin, directions = view.rays(pixels)
-    hits = scene.cast(origin, directions)
-    body = hits["kind"] == OBJECT
-    body[body] = moved[scene.faces[hits["triangle"][body]]].any(axis=1)
-    return body
-
-
-def _supersampled(view: View, scene: Scene, light: Light, pixels: NDArray, samples: int) -> NDArray:
+def _supersampled(
+    view: PosedCamera, scene: Scene, light: Light, pixels: NDArray, samples: int
+) -> NDArray:
     """Mean of samples x samples rays in each pixel, each with its own ray to the light."""
     offsets = (np.arange(samples) + 0.5) / samples - 0.5
     grid = np.stack(np.meshgrid(offsets, offsets), axis=-1).reshape(-1, 2)
@@ -242,8 +247,7 @@ def _radiance(
     kind = hits["kind"]
     seen = kind >= 0
     points = origin + directions * np.where(seen, hits["t"], 0)[:, None]
-    look = look_at_hits(scene, hits, points, directions, footprint)
-    normals = look.normals
+    normals, colours, gloss, shininess = look_at_hits(scene, hits, points, directions, footprint)
     facing = dot(normals, directions) > 0
     normals[facing] *= -1
     cosine = np.maximum(normals @ sun, 0)
@@ -251,11 +255,11 @@ def _radiance(
     lit = np.zeros(len(points), dtype=bool)
     lit[reach] = ~scene.blocked(points[reach] + normals[reach] * LIFT_M, sun)
     sky = light.ambient * (0.65 + 0.35 * normals[:, 2])
-    radiance = look.colours * (sky + light.key * cosine * lit)[:, None]
-    shiny = lit & (look.gloss > 0)
+    radiance = colours * (sky + light.key * cosine * lit)[:, None]
+    shiny = lit & (gloss > 0)
     half = unit(sun - directions[shiny])
     cosine = np.maximum(dot(normals[shiny], half), 0)
-    highlight = look.gloss[shiny] * cosine ** look.shininess[shiny]
+    highlight = gloss[shiny] * cosine ** shininess[shiny]
     radiance[shiny] += (light.key * highlight)[:, None]
     radiance[~seen] = 0
     return radiance

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-# Of lab.yaml: what no film needs.
+# Of lab.yaml: what no recording needs.
 APART = ("objects", "experiments", "simulated_block", "laser")
 # Of an object's block: what its form, its looks and its description do not depend on.
 RECORDED = ("recordings", "scan", "motions", "seeded_as", "pressed_at", "pressed_along", "devices")
@@ -25,7 +25,7 @@ class LabRules:
 
     @property
     def modelled(self) -> list[str]:
-        """Objects that the lab can press, even those whose names people dropped recordings of."""
+        """Objects that the lab can indent, even those whose names people dropped recordings of."""
         return sorted(self.run.lab["objects"]) if self.run.lab else []
 
     @property
@@ -57,7 +57,7 @@ class LabRules:
         return recordings + [run.raw("simulations/foam_block.npz")] * self.simulates
 
     def spec(self, wildcards: Any) -> Mapping:
-        """An object's block of lab.yaml but for what is recorded of it, with a sensor's device."""
+        """An object's block of lab.yaml but for what is recorded of it, with a sensor's errors."""
         spec = self.run.lab["objects"][wildcards.object]
         device = spec.get("devices", {}).get(getattr(wildcards, "sensor", None))
         own = {} if device is None else {"device": device}
@@ -76,23 +76,23 @@ class LabRules:
         return spec | {"motion": spec["motion"] | own.get(wildcards.capture, {})}
 
     def place(self, wildcards: Any) -> Mapping:
-        """Where, and in which direction, the hand presses for a capture."""
+        """Where, and in which direction, the operator indents for a capture."""
         places, capture = self._places(wildcards.object), wildcards.capture
         return places.get(capture) or places[capture.split("-")[0]]
 
     def _places(self, name: str) -> dict[str, Mapping]:
-        """An object's points, and by capture what a hand presses otherwise than they declare."""
+        """An object's points, and by capture what the operator indents otherwise than declared."""
         spec = self.run.lab["objects"][name]
         points = spec["object"]["points"]
         places = dict(points)
         for block, key in (("pressed_at", "position_m"), ("pressed_along", "direction")):
             for capture, value in spec.get(block, {}).items():
-                pressed = places if capture in places else points
-                places[capture] = pressed.get(capture, points[capture.split("-")[0]]) | {key: value}
+                known = places if capture in places else points
+                places[capture] = known.get(capture, points[capture.split("-")[0]]) | {key: value}
         return places
 
     def common(self, wildcards: Any) -> Mapping:
-        """What all films of the lab share."""
+        """What all recordings of the lab share."""
         return {k: v for k, v in self.run.lab.items() if k not in APART}
 
     def shape(self, wildcards: Any) -> Mapping:
@@ -109,7 +109,7 @@ class LabRules:
         return self.run.lab["laser"] | scan | {"seed": self.run.lab["seed"]}
 
     def probe(self, wildcards: Any) -> Mapping:
-        """Probe with which the lab presses one of its objects."""
+        """Probe with which the lab indents one of its objects."""
         return self.run.probes[self.run.lab["objects"][wildcards.object]["object"]["probe"]]
 
     def mechanics(self, wildcards: Any) -> Mapping:
@@ -123,7 +123,7 @@ class LabRules:
         return self._errors(self.spec(wildcards), "template_m", "declared_m")
 
     def _errors(self, spec: Mapping, *names: str) -> dict:
-        """Some errors of an object's device, with what they are drawn from; nothing without any."""
+        """Some rig errors of an object, with what they are drawn from; nothing without any."""
         device = spec.get("device", self.run.lab.get("device", {}))
         found = {name: device[name] for name in names if device.get(name)}
         rig = {key: spec[key] for key in ("rig",) if key in spec}
@@ -138,7 +138,7 @@ class LabRules:
         return self.run.truth(f"{wildcards.object}/contact-{point}.npz")
 
     def experiment(self, wildcards: Any) -> Mapping:
-        """An experiment's block of lab.yaml, with the object's where it presses one."""
+        """An experiment's block of lab.yaml, with the object's where it indents one."""
         options = self.run.lab["experiments"][Path(wildcards.recording).name]
         if "object" not in options:
             return options
@@ -156,17 +156,9 @@ class LabRules:
         return self.run.probes[options["probe"]] if "probe" in options else None
 
     def experiment_load_steps(self, wildcards: Any) -> str | list:
-        """Mechanics of the point that an experiment presses, if it does."""
+        """Mechanics of the point that an experiment indents, if it does."""
         options = self.experiment(wildcards)
         if "spec" not in options:
             return []
         point = self.run.lab_point(options["object"], options["point"])
         return self.run.truth(f"{options['object']}/contact-{point}.npz")
-
-    def simulated_block(self, wildcards: Any) -> Mapping:
-        """Options of the simulated block."""
-        return self.run.lab["simulated_block"]
-
-    def simulated_mesh(self, wildcards: Any) -> str:
-        """File of its mesh."""
-        return self.run.lab["simulated_block"]["mesh"]

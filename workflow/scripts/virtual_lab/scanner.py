@@ -1,7 +1,6 @@
 """Laser scanner on a turntable: range views of an object from all sides (Section 4.1.1)."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
@@ -9,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from palpate.open3d_core import o3d
 from scipy.spatial.transform import Rotation
+
+from virtual_lab.render import look_at
 
 # Konica Minolta VIVID 910: points of a view, and accuracy in x, y and z of the scanner. The maker
 # states limits; they are taken as standard deviations, which is no better than the device.
@@ -21,26 +22,13 @@ MARGIN = 1.1
 DECIMALS = 6, 5
 # Neighbourhood of a normal: range image steps, at least so far, at most so many points.
 NORMAL_REACH, NORMAL_LEAST_M, NORMAL_NEIGHBOURS = 3.0, 0.0012, 30
-
-
-@dataclass(frozen=True)
-class ScanView:
-    """Points of one view, in the turntable's nominal frame.
-
-    Attributes
-    ----------
-    points_m : (n, 3) array
-    normals : (n, 3) array
-        Unit normals towards the scanner, from the range image.
-    """
-
-    points_m: NDArray
-    normals: NDArray
+# Points and normals of one view, (n, 3) each.
+Scan = tuple[NDArray, NDArray]
 
 
 def scan_views(
     vertices_m: NDArray, faces: NDArray, laser: Mapping, rng: np.random.Generator
-) -> list[ScanView]:
+) -> list[Scan]:
     """Scan a closed surface.
 
     Parameters
@@ -56,7 +44,9 @@ def scan_views(
 
     Returns
     -------
-    list of ScanView
+    list of pairs of (n, 3) arrays
+        Points of each view in the turntable's nominal frame [m], and unit normals towards the
+        scanner.
     """
     caster = o3d.t.geometry.RaycastingScene(nthreads=1)
     caster.add_triangles(
@@ -69,33 +59,22 @@ def scan_views(
     views = product(laser["elevations_deg"], laser["turns_deg"])
     found = []
     for number, (elevation, turn) in enumerate(views):
-        pose = _looking(middle, np.deg2rad(turn), np.deg2rad(elevation), distance_m)
+        place = {"distance_m": distance_m, "elevation_deg": elevation, "turn_deg": turn}
+        pose = look_at(middle, **place)
         view = _scan(caster, vertices_m[faces], pose, size * MARGIN / distance_m, rng)
         error = (0.0, 0.0) if number == 0 else pose_error
         found.append(_misplaced(view, middle, error, rng))
     return found
 
 
-def write_scans(folder: Path, views: Sequence[ScanView]) -> None:
+def write_scans(folder: Path, views: Sequence[Scan]) -> None:
     """Write each view as binary PLY: ``01.ply`` and so on [m]."""
     for number, view in enumerate(views, start=1):
         cloud = o3d.t.geometry.PointCloud()
-        written = map(np.round, (view.points_m, view.normals), DECIMALS)
+        written = map(np.round, view, DECIMALS)
         positions, normals = (o3d.core.Tensor(one.astype(np.float32)) for one in written)
         cloud.point.positions, cloud.point.normals = positions, normals
         o3d.t.io.write_point_cloud(str(folder / f"{number:02d}.ply"), cloud)
-
-
-def _looking(middle: NDArray, turn: float, elevation: float, distance: float) -> NDArray:
-    """Pose of the scanner, z forward, (4, 4)."""
-    forward = -np.array(
-        [np.cos(elevation) * np.sin(turn), -np.cos(elevation) * np.cos(turn), np.sin(elevation)]
-    )
-    right = np.array([np.cos(turn), np.sin(turn), 0.0])
-    pose = np.eye(4)
-    pose[:3, :3] = np.column_stack([right, np.cross(forward, right), forward])
-    pose[:3, 3] = middle - distance * forward
-    return pose
 
 
 def _scan(
@@ -104,7 +83,7 @@ def _scan(
     pose: NDArray,
     width: float,
     rng: np.random.Generator,
-) -> ScanView:
+) -> Scan:
     columns, rows = POINTS
     step = width / columns
     x, y = np.meshgrid((np.arange(columns) - columns / 2), (np.arange(rows) - rows / 2))
@@ -127,7 +106,7 @@ def _scan(
     along = (normals * directions[hit]).sum(axis=1)
     depth = ((a - pose[:3, 3]) * normals).sum(axis=1) / along
     points = (local[hit] * depth[:, None] + noise[hit]) @ pose[:3, :3].T + pose[:3, 3]
-    return ScanView(points, _range_normals(points, step * np.median(depth), pose[:3, 3]))
+    return points, _range_normals(points, step * np.median(depth), pose[:3, 3])
 
 
 def _range_normals(points: NDArray, step: float, scanner: NDArray) -> NDArray:
@@ -140,10 +119,9 @@ def _range_normals(points: NDArray, step: float, scanner: NDArray) -> NDArray:
 
 
 def _misplaced(
-    view: ScanView, middle: NDArray, error: tuple[float, float], rng: np.random.Generator
-) -> ScanView:
+    view: Scan, middle: NDArray, error: tuple[float, float], rng: np.random.Generator
+) -> Scan:
     """A view as it lies in the nominal frame when the turntable was a little off."""
     turn = Rotation.from_rotvec(np.deg2rad(error[0]) * rng.standard_normal(3))
     shift = error[1] * rng.standard_normal(3)
-    points = turn.apply(view.points_m - middle) + middle + shift
-    return ScanView(points, turn.apply(view.normals))
+    return turn.apply(view[0] - middle) + middle + shift, turn.apply(view[1])

@@ -1,16 +1,15 @@
-"""Geometry of one moment of the lab, ready for ray casting."""
+"""Geometry of one moment of the lab, ready for ray casting, and how what rays hit looks."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from palpate.open3d_core import o3d
 
-from virtual_lab.paint import Paint
-from virtual_lab.part import OBJECT, TABLE, Finish, Part
+from virtual_lab.paint import TABLE_SIZE_M, TABLE_STEP_M, BlockPaint, SolidPaint, look_up
+from virtual_lab.parts import OBJECT, SPHERE, TABLE, TARGET, Finish, Part
 from virtual_lab.probe import Probe
-from virtual_lab.texture import TABLE_SIZE_M
 
 NO_FINISH = Finish((0.0, 0.0, 0.0), 0.0)
 
@@ -23,14 +22,14 @@ class Bench:
     ----------
     table : (h, w, 3) array or None
         Reflectance of the table top; None: there is no table.
-    paint : Paint or None
+    paint : BlockPaint, SolidPaint or None
         Of the object.
     props : sequence of Part
         Other things on the table.
     """
 
     table: NDArray | None
-    paint: Paint | None
+    paint: BlockPaint | SolidPaint | None
     props: Sequence[Part] = ()
 
 
@@ -62,24 +61,22 @@ class Scene:
     ) -> None:
         self.bench, self.probe, self.tip_m = bench, probe, tip_m
         self.caster = o3d.t.geometry.RaycastingScene(nthreads=1)
-        self.kinds: list[int] = []
-        self.finishes: list[Finish] = []
+        self.rest_m, self.faces, self.object_from_force = rest_m, faces, object_from_force
+        parts = [*bench.props]
         if bench.table is not None:
-            half = TABLE_SIZE_M / 2
-            corners = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
-            flat = np.column_stack([corners, np.zeros(4)])
-            self._add(TABLE, flat, np.array([[0, 1, 2], [0, 2, 3]]), NO_FINISH)
-        for prop in bench.props:
-            self._add(prop.kind, prop.vertices_m, prop.faces, prop.finish)
-        self.rest_m, self.faces = rest_m, faces
+            corners = TABLE_SIZE_M / 2 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+            parts.insert(0, Part(TABLE, corners, np.array([[0, 1, 2], [0, 2, 3]]), NO_FINISH))
         if surface_m is not None:
-            self._add(OBJECT, surface_m, faces, NO_FINISH)
+            parts.append(Part(OBJECT, surface_m, faces, NO_FINISH))
             self.normals = vertex_normals(surface_m, faces)
-        if probe is not None:
-            self.object_from_force = object_from_force
-            for part in probe.parts:
-                vertices = part.vertices_m @ object_from_force.T + tip_m
-                self._add(part.kind, vertices, part.faces, part.finish)
+        for part in probe.parts if probe is not None else ():
+            parts.append(replace(part, vertices_m=part.vertices_m @ object_from_force.T + tip_m))
+        for part in parts:
+            self.caster.add_triangles(
+                o3d.core.Tensor(np.ascontiguousarray(part.vertices_m, dtype=np.float32)),
+                o3d.core.Tensor(np.ascontiguousarray(part.faces, dtype=np.uint32)),
+            )
+        self.kinds, self.finishes = [p.kind for p in parts], [p.finish for p in parts]
 
     def cast(self, origins: NDArray, directions: NDArray) -> dict[str, NDArray]:
         """First hit of each ray: t, kind and part (-1 for none), triangle, uv and normal."""
@@ -100,27 +97,11 @@ class Scene:
         """Whether anything lies on each ray, shape (n,)."""
         return self.caster.test_occlusions(_rays(origins, directions), nthreads=1).numpy()
 
-    def _add(self, kind: int, vertices: NDArray, triangles: NDArray, finish: Finish) -> None:
-        self.caster.add_triangles(
-            o3d.core.Tensor(np.ascontiguousarray(vertices, dtype=np.float32)),
-            o3d.core.Tensor(np.ascontiguousarray(triangles, dtype=np.uint32)),
-        )
-        self.kinds.append(kind)
-        self.finishes.append(finish)
-
 
 def _rays(origins: NDArray, directions: NDArray) -> o3d.core.Tensor:
     rays = np.empty((np.broadcast(origins, directions).shape[0], 6), dtype=np.float32)
     rays[:, :3], rays[:, 3:] = origins, directions
     return o3d.core.Tensor(rays)
-
-
-def barycentric(hits: dict, chosen: NDArray, faces: NDArray, values: NDArray) -> NDArray:
-    """Interpolate per-vertex values (n, k) at the chosen hits of a mesh."""
-    corners = faces[hits["triangle"][chosen]]
-    u, v = hits["uv"][chosen].T
-    weights = np.stack([1 - u - v, u, v], axis=1)
-    return np.einsum("nc,nck->nk", weights, values[corners])
 
 
 def dot(a: NDArray, b: NDArray) -> NDArray:
@@ -141,3 +122,55 @@ def vertex_normals(vertices: NDArray, faces: NDArray) -> NDArray:
     for k in range(3):
         np.add.at(normals, faces[:, k], areas)
     return unit(normals)
+
+
+def look_at_hits(
+    scene: Scene, hits: dict, points: NDArray, directions: NDArray, footprint: float
+) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """Normals (n, 3), reflectances (n, 3), strength and exponent (n,) of highlights at hits.
+
+    Parameters
+    ----------
+    scene : Scene
+    hits : dict
+        Of `Scene.cast`.
+    points, directions : (n, 3) arrays
+        Where the rays hit [m], and their unit directions.
+    footprint : float
+        Width of a ray over its length.
+    """
+    kind, normals = hits["kind"], hits["normal"].copy()
+    colours, gloss, shininess = (
+        np.array([getattr(finish, name) for finish in scene.finishes])[hits["part"]]
+        for name in ("colour", "gloss", "shininess")
+    )
+    table = kind == TABLE
+    if table.any():
+        place = (points[table, :2] + TABLE_SIZE_M / 2) / TABLE_STEP_M
+        colours[table] = look_up(scene.bench.table, place[:, 0], place[:, 1])
+    body = kind == OBJECT
+    if body.any():
+        paint = scene.bench.paint
+        colours[body] = paint.colour(_barycentric(hits, body, scene.faces, scene.rest_m))
+        gloss[body], shininess[body] = paint.gloss, paint.shininess
+        normals[body] = unit(_barycentric(hits, body, scene.faces, scene.normals))
+    ball = kind == SPHERE
+    if ball.any():
+        normals[ball] = unit(points[ball] - scene.tip_m)
+    target = kind == TARGET
+    if target.any():
+        local = (points[target] - scene.tip_m) @ scene.object_from_force
+        transform = scene.probe.tip_from_marker
+        slant = np.abs(dot(normals[target], directions[target]))
+        width = hits["t"][target] * footprint / np.sqrt(np.maximum(slant, 0.1))
+        local = (local - transform[:3, 3]) @ transform[:3, :3]
+        colours[target] = scene.probe.target.colour(local, width)
+    return normals, colours, gloss, shininess
+
+
+def _barycentric(hits: dict, chosen: NDArray, faces: NDArray, values: NDArray) -> NDArray:
+    """Interpolate per-vertex values (n, k) at the chosen hits of a mesh."""
+    corners = faces[hits["triangle"][chosen]]
+    u, v = hits["uv"][chosen].T
+    weights = np.stack([1 - u - v, u, v], axis=1)
+    return np.einsum("nc,nck->nk", weights, values[corners])

@@ -2,50 +2,37 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from virtual_lab.block import block_model, box_surface
-from virtual_lab.closed_mesh import ClosedMesh
-from virtual_lab.ear import EAR_BOX_M, ear_distance, uncut_ear_distance
-from virtual_lab.level_set import Distance, boundary_surface, level_set_mesh, slope
-from virtual_lab.model import Model
+from virtual_lab.ear import EAR_BOX_M, uncut_ear_distance
+from virtual_lab.level_set import boundary_surface, level_set_mesh
 from virtual_lab.obstacle import Table
+from virtual_lab.signed_distance import ClosedMesh, Distance
+from virtual_lab.solid import Model
 from virtual_lab.tetrahedra import interpolation, tetrahedral_solid
 
-ON_SURFACE_M = 5e-4
-# The ball's surface for pictures: rings around its axis, fine at the pole that is pressed.
+# The ball's surface for pictures: rings around its axis, fine at the pole that is indented.
 RINGS, SECTORS, POLE_RING_M, RING_GROWTH = 150, 180, 0.0006, 1.02
-# A sphere that sinks in by d touches within a few times sqrt(2 R d) of its axis.
+# A sphere that is indented by d touches within a few times sqrt(2 R d) of its axis.
 REACH_M = 0.020
 EAR_SURFACE_M = 0.00105
 
 
-class Shape(Protocol):
-    """What the lab asks of a form."""
-
-    def model(self, point_m: NDArray, options: Mapping) -> Model:
-        """Discretise for a press at a point."""
-
-    def surface(self) -> tuple[NDArray, NDArray]:
-        """Closed undeformed surface: vertices (n, 3) [m] and triangles (m, 3)."""
-
-
 @dataclass(frozen=True)
 class Block:
-    """Rectangular block on the table, bonded to it or loose.
+    """Rectangular block of a size (3,) [m] on the table, bonded to it or not.
 
-    Attributes
-    ----------
-    size_m : (3,) tuple
+    All forms have a ``model`` for an indentation at a point, by the ``contact`` block of lab.yaml,
+    and a closed undeformed ``surface`` of vertices (n, 3) [m] and triangles (m, 3).
     """
 
     size_m: tuple[float, float, float]
 
     def model(self, point_m: NDArray, options: Mapping) -> Model:
-        """Discretise for a press at a point of the top face."""
+        """Discretise for an indentation at a point of the top face."""
         return block_model(np.array(self.size_m), point_m, options)
 
     def surface(self) -> tuple[NDArray, NDArray]:
@@ -57,29 +44,18 @@ class Block:
 
 @dataclass(frozen=True)
 class Ball:
-    """Ball that rests on the table, pressed on its top.
-
-    Attributes
-    ----------
-    radius_m : float
-    """
+    """Ball of a radius [m] that rests on the table, indented on its top."""
 
     radius_m: float
 
     def model(self, point_m: NDArray, options: Mapping) -> Model:
         """Discretise a quarter, with a real contact at the table."""
-        R = self.radius_m
-        top = np.array([0.0, 0.0, 2 * R])
-        if np.linalg.norm(np.asarray(point_m) - top) > ON_SURFACE_M:
-            raise ValueError(f"point: expected the ball's top {top.tolist()} m, found {point_m}")
-        if not 0 < options["deepest_m"] < R:
-            raise ValueError(f"deepest_m: expected 0 < depth < {R} m, found {options['deepest_m']}")
-        planes = [(0, 0.0), (1, 0.0)]
-        edge, margin = options["element_m"], 0.1 * R
+        R, edge = self.radius_m, options["element_m"]
+        top, margin = np.array([0.0, 0.0, 2 * R]), 0.1 * R
         solid, mesh = tetrahedral_solid(
             self.distance,
             (np.zeros(3), np.array([R + margin, R + margin, 2 * R + margin])),
-            planes,
+            [(0, 0.0), (1, 0.0)],
             [(top, edge), (np.zeros(3), 2 * edge)],
             spacing_m=options["spacing_m"],
             reaches={"top": (top, REACH_M), "bottom": (np.zeros(3), 0.8 * R)},
@@ -89,12 +65,8 @@ class Ball:
         rest, faces = self.surface()
         matrix = interpolation(mesh, solid, np.abs(rest))
         signs = np.where(rest < 0, -1.0, 1.0)
-
-        def sample(displacement_m: NDArray) -> NDArray:
-            return signs * (matrix @ displacement_m)
-
         table = Table(friction=options["table_friction"])
-        return Model(solid, fixed, (table,), (0, 1), rest, faces, sample)
+        return Model(solid, fixed, (table,), (0, 1), rest, faces, lambda u: signs * (matrix @ u))
 
     def distance(self, points_m: NDArray) -> NDArray:
         """Signed distance [m]."""
@@ -110,55 +82,50 @@ class Ball:
 
 
 @dataclass(frozen=True)
-class Ear:
-    """Silicone ear on a flat base that is bonded to the table."""
-
-    def model(self, point_m: NDArray, options: Mapping) -> Model:
-        """Discretise for a press at a point that faces up."""
-        point = np.asarray(point_m, dtype=float)
-        _check_point(point, ear_distance, options["deepest_m"])
-        high = np.array(EAR_BOX_M) / [2, 2, 1] + 2 * options["spacing_m"]
-        box = high * [-1, -1, 0], high
-        return _bonded(uncut_ear_distance, box, point, options, self.surface())
-
-    def surface(self) -> tuple[NDArray, NDArray]:
-        """Closed surface of about 20,000 vertices."""
-        high = np.array(EAR_BOX_M) / [2, 2, 1] + 2 * EAR_SURFACE_M
-        return boundary_surface(
-            *level_set_mesh(uncut_ear_distance, high * [-1, -1, 0], high, EAR_SURFACE_M)
-        )
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """Object whose form a closed mesh gives; the table cuts it flat and holds it.
+class Bonded:
+    """Form that the table z = 0 cuts flat and holds.
 
     Attributes
     ----------
-    file : str
-        Of the mesh, object frame [m].
-    surface_m : float
-        About the edge of the surface's triangles.
+    distance : callable
+        Signed distance of a form that goes on below the table.
+    low_m, high_m : (3,) arrays
+        Corners of the box around it.
+    edge_m : float
+        About the edge of the triangles of its surface.
     """
 
-    file: str
-    surface_m: float
+    distance: Distance
+    low_m: NDArray
+    high_m: NDArray
+    edge_m: float
 
     def model(self, point_m: NDArray, options: Mapping) -> Model:
-        """Discretise for a press at a point that faces up."""
-        point, distance = np.asarray(point_m, dtype=float), ClosedMesh(self.file)
-        _check_point(point, distance, options["deepest_m"])
-        box = _above_table(distance, 2 * options["spacing_m"])
-        return _bonded(distance, box, point, options, self.surface())
+        """Discretise for an indentation at a point that faces up."""
+        point = np.asarray(point_m, dtype=float)
+        solid, mesh = tetrahedral_solid(
+            self.distance,
+            self._box(2 * options["spacing_m"]),
+            [(2, 0.0)],
+            [(point, options["element_m"])],
+            spacing_m=options["spacing_m"],
+            reaches={"top": (point, REACH_M)},
+        )
+        fixed = np.repeat(solid.nodes_m[:, 2:] < 1e-9, 3, axis=1)
+        rest, faces = self.surface()
+        matrix = interpolation(mesh, solid, rest)
+        return Model(solid, fixed, (), (), rest, faces, lambda u: matrix @ u)
 
     def surface(self) -> tuple[NDArray, NDArray]:
         """Closed surface."""
-        distance = ClosedMesh(self.file)
-        box = _above_table(distance, 2 * self.surface_m)
-        return boundary_surface(*level_set_mesh(distance, *box, self.surface_m))
+        box = self._box(2 * self.edge_m)
+        return boundary_surface(*level_set_mesh(self.distance, *box, self.edge_m))
+
+    def _box(self, margin_m: float) -> tuple[NDArray, NDArray]:
+        return np.array([*self.low_m[:2] - margin_m, 0.0]), self.high_m + margin_m
 
 
-def shape_of(spec: Mapping) -> Shape:
+def shape_of(spec: Mapping) -> Block | Ball | Bonded:
     """Form of an object of lab.yaml, from its ``shape`` block."""
     shape = spec["shape"]
     if shape["kind"] == "block":
@@ -166,68 +133,28 @@ def shape_of(spec: Mapping) -> Shape:
     if shape["kind"] == "ball":
         return Ball(shape["radius_m"])
     if shape["kind"] == "mesh":
-        return Drawn(shape["file"], shape["surface_m"])
-    return Ear()
-
-
-def _above_table(mesh: ClosedMesh, margin_m: float) -> tuple[NDArray, NDArray]:
-    """Corners of the box around a mesh above the table."""
-    return np.array([*mesh.low_m[:2] - margin_m, 0.0]), mesh.high_m + margin_m
-
-
-def _bonded(
-    distance: Distance,
-    box_m: tuple[NDArray, NDArray],
-    point: NDArray,
-    options: Mapping,
-    surface: tuple[NDArray, NDArray],
-) -> Model:
-    """Discretise a form that the table z = 0 cuts and holds."""
-    solid, mesh = tetrahedral_solid(
-        distance,
-        box_m,
-        [(2, 0.0)],
-        [(point, options["element_m"])],
-        spacing_m=options["spacing_m"],
-        reaches={"top": (point, REACH_M)},
-    )
-    fixed = np.repeat(solid.nodes_m[:, 2:] < 1e-9, 3, axis=1)
-    rest, faces = surface
-    matrix = interpolation(mesh, solid, rest)
-    return Model(solid, fixed, (), (), rest, faces, lambda u: matrix @ u)
-
-
-def _check_point(point: NDArray, distance: object, deepest_m: float) -> None:
-    found = point.tolist()
-    if abs(float(distance(point[None])[0])) > ON_SURFACE_M:
-        raise ValueError(f"point: expected on the object's surface, found {found} m")
-    if slope(point[None], distance)[0, 2] < np.cos(np.deg2rad(30)):
-        raise ValueError(f"point: expected where the object faces up, found {found} m")
-    if not 0 < deepest_m < point[2]:
-        raise ValueError(f"deepest_m: expected 0 < depth < {point[2]:.4f} m, found {deepest_m}")
+        mesh = ClosedMesh(shape["file"])
+        return Bonded(mesh, mesh.low_m, mesh.high_m, shape["surface_m"])
+    high = np.array(EAR_BOX_M) / [2, 2, 1]
+    return Bonded(uncut_ear_distance, -high, high, EAR_SURFACE_M)
 
 
 def _rings(angle: NDArray, radius: float) -> tuple[NDArray, NDArray]:
-    turn = np.arange(SECTORS) * 2 * np.pi / SECTORS
+    turn, count = np.arange(SECTORS) * 2 * np.pi / SECTORS, len(angle)
     around = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    rings = np.concatenate(
-        [
-            np.sin(angle)[:, None, None] * around,
-            np.broadcast_to(np.cos(angle)[:, None, None], (len(angle), SECTORS, 1)),
-        ],
-        axis=2,
-    ).reshape(-1, 3)
+    heights = np.broadcast_to(np.cos(angle)[:, None, None], (count, SECTORS, 1))
+    rings = np.concatenate([np.sin(angle)[:, None, None] * around, heights], axis=2).reshape(-1, 3)
     vertices = np.concatenate([[[0, 0, 1.0]], rings, [[0, 0, -1.0]]]) * radius + [0, 0, radius]
-    k, j = np.meshgrid(np.arange(len(angle) - 1), np.arange(SECTORS), indexing="ij")
-    a, b = 1 + k * SECTORS + j, 1 + k * SECTORS + (j + 1) % SECTORS
-    c, d = a + SECTORS, b + SECTORS
-    last, ring = len(vertices) - 1, np.arange(SECTORS)
+    ring = np.arange(SECTORS)
     following = (ring + 1) % SECTORS
-    start = 1 + (len(angle) - 1) * SECTORS
+    starts = 1 + SECTORS * np.arange(count)[:, None]
+    a, b = starts[:-1] + ring, starts[:-1] + following
+    c, d = a + SECTORS, b + SECTORS
+    first, last = np.zeros(SECTORS, int), np.full(SECTORS, len(vertices) - 1)
     faces = [
         np.stack([a, c, b], axis=-1).reshape(-1, 3),
         np.stack([b, c, d], axis=-1).reshape(-1, 3),
-        np.stack([np.zeros(SECTORS, int), 1 + ring, 1 + following], axis=1),
-        np.stack([np.full(SECTORS, last), start + following, start + ring], axis=1),
+        np.stack([first, 1 + ring, 1 + following], axis=1),
+        np.stack([last, starts[-1] + following, starts[-1] + ring], axis=1),
     ]
     return vertices, np.concatenate(faces)

@@ -1,4 +1,4 @@
-"""What the lab's files may say: ``config/lab.yaml``, and ranges that labs are drawn from."""
+"""What the lab's files may say: ``config/lab.yaml``, and ranges of randomised labs."""
 
 from typing import Annotated, Any, Literal
 
@@ -10,10 +10,11 @@ from palpate.config.model import (
     Ratio,
     Vector,
     all_different,
+    where,
     with_others,
 )
 from palpate.config.object import SupportSpec
-from pydantic import AfterValidator, Field, create_model
+from pydantic import Field, create_model
 
 
 def block(kind: type[Model] = Model, **fields: Any) -> type[Model]:
@@ -31,39 +32,32 @@ def whole(low: int) -> Any:
     return Annotated[int, Field(ge=low)]
 
 
-def _object_name(name: str) -> str:
-    if name in NOT_OBJECTS or not OBJECT_NAME.fullmatch(name):
-        words = f"a name of letters, digits and _ other than {' and '.join(NOT_OBJECTS)}"
-        raise ValueError(f"expected {words}, like red_sponge, found {name}")
-    return name
-
-
-def _some(value: Model) -> Model:
-    if not value.model_fields_set:
-        raise ValueError("expected at least one entry, found none")
-    return value
-
-
+object_name = where(
+    lambda name: name not in NOT_OBJECTS and OBJECT_NAME.fullmatch(name),
+    f"a name of letters, digits and _ other than {' and '.join(NOT_OBJECTS)}, like red_sponge",
+    str,
+)
+some = where(lambda value: value.model_fields_set, "at least one entry", lambda value: "none")
+LAWS = ("neo_hookean", "blatz_ko", "gent", "hill_foam")
 Share = within(0, 1)
 BelowOne = Annotated[float, Field(ge=0, lt=1)]
-Tilt, Lean, Tremor = within(0, 30), within(0, 60), within(0, 5)
-Words = Annotated[str, Field(min_length=1)]
+Tilt, WideTilt, Tremor = within(0, 30), within(0, 60), within(0, 5)
 Interval = tuple[Positive, Positive]
 Sides = tuple[Positive, Positive, Positive]
 Angles = Annotated[tuple[within(-360, 360), ...], Field(min_length=1)]
 Names = Annotated[tuple[str, ...], Field(min_length=1), all_different]
 
 
-class Device(Model):
-    """A rig beside its files: one standard deviation of each error, if not said otherwise."""
+class ErrorSizes(Model):
+    """Errors of a rig: one standard deviation of each, if not said otherwise."""
 
     force_gain: NotNegative = None  # of each axis, relative
     force_crosstalk: NotNegative = None  # of each axis into each other, relative
-    force_lag_s: NotNegative = None  # time constant of a first-order lag: itself, not drawn
+    force_lag_s: NotNegative = None  # time constant of a first-order lag: itself, not random
     force_drift_n: NotNegative = None  # of each force from end to end of a record, by capture
-    inertia: NotNegative = None  # of what hangs on the sensor, times what it is: not drawn
+    inertia: NotNegative = None  # of the sensor's payload, times what it is: not random
     clock_offset_s: NotNegative = None  # of the force's clock, besides timing's, by capture
-    signs_alone: bool = None  # each error is one deviation, and its sign drawn
+    signs_alone: bool = None  # each error is one deviation, and its sign random
     burst: whole(1) = None  # samples of the force that share a stamp, the last one's
     clock_rate: NotNegative = None  # of the force's clock, relative
     focal: NotNegative = None  # of each camera, relative; a rectified pair has one
@@ -73,13 +67,13 @@ class Device(Model):
     rectification_px: NotNegative = None  # right camera's pitch and yaw, and roll at the corner
     color_from_depth_deg: NotNegative = None  # about each axis
     color_from_depth_m: NotNegative = None  # along each axis
-    exposure_s: NotNegative = None  # of the colour cameras, about a frame's stamp: not drawn
-    depth_delay_s: NotNegative = None  # of a frame's depth after its colours: not drawn
+    exposure_s: NotNegative = None  # of the colour cameras, about a frame's stamp: not random
+    depth_delay_s: NotNegative = None  # of a frame's depth after its colours: not random
     dropped_frames: within(0, 0.5) = None  # share, by capture
     light_change: NotNegative = None  # from the first frame to the last, relative, by capture
     shake_px: NotNegative = None  # of the colour pictures along x and y, from frame to frame
     radius: NotNegative = None  # of the sphere, relative
-    mass_kg: NotNegative = None  # of what hangs on the sensor, beside force.mass_kg
+    mass_kg: NotNegative = None  # of the sensor's payload, beside force.mass_kg
     centre_of_mass_m: NotNegative = None  # of that, along each axis
     template_m: NotNegative = None  # smooth bumps of a template that is not scanned, by object
     declared_m: NotNegative = None  # of each point in object.yaml along x and y, by object
@@ -113,10 +107,10 @@ class MotionChanges(Model):
     tilt_tremor_deg: NotNegative = None
     depth_tremor_m: NotNegative = None
     lateral_tremor_m: NotNegative = None
-    contact_tremor_m: NotNegative = None  # what is left in contact, which the object doesn't feel
-    bumped_deg: Vector = None  # of the camera about its axes, since the background
+    contact_tremor_m: NotNegative = None  # in contact, without effect on the object
+    bumped_deg: Vector = None  # of the camera about its axes, after the background
     jolted_m: Vector = None  # of the camera along its axes, after a third of the recording
-    elbow_m: Vector = None  # of the arm that holds the probe, from the tip in its axes
+    elbow_m: Vector = None  # of the operator's arm, from the tip in the probe's axes
 
 
 MAY_LACK = {"frames", "hold_s", "release_s", "contact_tremor_m", "bumped_deg", "jolted_m"}
@@ -137,13 +131,13 @@ Paint = block(
     shininess=Positive,
 )
 Material = block(
-    law=Literal["neo_hookean", "blatz_ko", "gent", "hill_foam"],
+    law=Literal[LAWS],
     youngs_modulus_pa=Positive,
     poisson_ratio=Ratio,
     gradient=(Annotated[float, Field(gt=-1)], None),  # E at the table over that at the top, less 1
     # A stiffer layer on top of a block; youngs_modulus_pa is what is below it.
     skin=(block(thickness_m=Positive, stiffer=Positive), None),
-    mullins=(BelowOne, None),  # share of the force that a first indentation loses, on release
+    mullins=(BelowOne, None),  # share of the force that is lost after a first loading
     relaxation=block(fractions=tuple[BelowOne, ...], times_s=tuple[Positive, ...]),
 )
 Contact = block(
@@ -154,9 +148,9 @@ Contact = block(
     reach_m=(Positive, None),
     spacing_m=(Positive, None),
     friction=NotNegative,
-    glued=(Annotated[float, Field(gt=0, le=1)], None),  # of a block's base, of length and width
+    glued=(Annotated[float, Field(gt=0, le=1)], None),  # part of a block's length and width
     straight=(Literal[True], None),  # in a block's middle, not inclined: a quarter is solved
-    table_friction=(NotNegative, None),  # of a ball, or a block that stands loose
+    table_friction=(NotNegative, None),  # of a ball, or of an unbonded block
 )
 Template = block(
     vertices=whole(20),
@@ -180,18 +174,18 @@ class LabObject(Model):
     """An object, and its recordings."""
 
     shape: Shape
-    rig: Words = None  # whose errors it shares; else lab
-    device: Device = None  # in the place of the lab's
-    devices: dict[str, Device] = None  # by sensor, in their place
-    seeded_as: dict[str, str] = None  # by sensor, another whose draws its recordings share
+    rig: Annotated[str, Field(min_length=1)] = None  # whose errors it shares; else lab
+    device: ErrorSizes = None  # in the place of the lab's
+    devices: dict[str, ErrorSizes] = None  # by sensor, in their place
+    seeded_as: dict[str, str] = None  # by sensor, another whose errors its recordings share
     table: Literal["plain"] = None  # of one colour and bare; else of wood, with things on it
     paint: Paint = None
     material: Material
     contact: Contact
     motion: Motion
     motions: dict[str, MotionChanges] = None  # by capture, what is different in its motion
-    pressed_at: dict[str, Vector] = None  # by capture, where the declared point is missed [m]
-    pressed_along: dict[str, Vector] = None  # by capture, another direction than the declared one
+    pressed_at: dict[str, Vector] = None  # by capture, another point than the declared one [m]
+    pressed_along: dict[str, Vector] = None  # by capture, another direction
     cameras: dict[str, Placement]
     scan: block(distance_m=within(0.6, 2.5), turns_deg=Angles, elevations_deg=Angles)
     recordings: dict[str, Names]
@@ -200,6 +194,7 @@ class LabObject(Model):
 
 OfSensors = block(sensors=Names, camera=Placement)
 OfProbe = block(OfSensors, probe=str)
+OfMotion = block(OfProbe, frame_rate_hz=Positive)
 Experiments = {
     "calibration": block(
         OfSensors,
@@ -207,50 +202,32 @@ Experiments = {
         square_m=Positive,
         pairs=whole(3),
         distance_m=Interval,
-        tilt_deg=Lean,
+        tilt_deg=WideTilt,
     ),
     "workspace": block(
         OfProbe,
-        columns=whole(1),
-        rows=whole(1),
+        **dict.fromkeys(("columns", "rows"), whole(1)),
         step_m=Positive,
         nearest_y_m=float,
         frames=whole(2),
         tilt_deg=Tilt,
     ),
-    "cd_case": block(
-        OfProbe,
-        size_m=Sides,
-        frames=whole(3),
-        frame_rate_hz=Positive,
-        hand_m=NotNegative,
-        tilt_deg=Tilt,
-    ),
+    "cd_case": block(OfMotion, size_m=Sides, frames=whole(3), hand_m=NotNegative, tilt_deg=Tilt),
     "pivot": block(
-        OfProbe,
-        frames=whole(10),
-        frame_rate_hz=Positive,
-        lean_deg=Lean,
-        spin_deg=within(0, 90),
-        tremor_deg=Tremor,
+        OfMotion, frames=whole(10), lean_deg=WideTilt, spin_deg=within(0, 90), tremor_deg=Tremor
     ),
     "load": block(
-        OfProbe,
+        OfMotion,
         poses=whole(2),
         hold_s=Positive,
         turn_s=Positive,
-        frame_rate_hz=Positive,
-        lean_deg=Lean,
+        lean_deg=WideTilt,
         tremor_deg=Tremor,
     ),
     "stiffness": block(
-        OfProbe,
-        stiffness_n_m=Positive,
-        force_n=Positive,
+        OfMotion,
+        **dict.fromkeys(("stiffness_n_m", "force_n", "press_s", "rest_s"), Positive),
         presses=whole(1),
-        press_s=Positive,
-        rest_s=Positive,
-        frame_rate_hz=Positive,
         tilt_deg=Tilt,
         tremor_deg=Tremor,
     ),
@@ -268,7 +245,7 @@ Wrench = block(**dict.fromkeys(("noise_n", "noise_nm", "offset_n", "offset_nm"),
 
 
 class Lab(Model):
-    """What a lab is made of."""
+    """A lab: its sensors' noise, rigs, objects and experiments."""
 
     seed: whole(0)
     background_frames: whole(4)
@@ -295,8 +272,8 @@ class Lab(Model):
         centre_of_mass_m=Vector,
         wrench=(Wrench, None),
     )
-    device: Device = None
-    objects: dict[Annotated[str, AfterValidator(_object_name)], LabObject]
+    device: ErrorSizes = None
+    objects: dict[Annotated[str, object_name], LabObject]
     experiments: block(**{name: (kind, None) for name, kind in Experiments.items()}) = None
     simulated_block: block(
         mesh=str, lambda_pa=Positive, mu_pa=Positive, traction_pa=float, steps=whole(1)
@@ -305,7 +282,7 @@ class Lab(Model):
 
 def ends(kind: Any) -> Any:
     """Type of two numbers, the lower first."""
-    return tuple[kind, kind]
+    return Annotated[tuple[kind, kind], where(lambda x: x[0] <= x[1], "the lower end first", list)]
 
 
 Length = Annotated[float, Field(gt=0, le=1)]
@@ -314,7 +291,7 @@ Lengths, Angle = ends(Length), ends(within(0, 80))
 
 
 class Ranges(Model):
-    """What labs are drawn from."""
+    """Ranges of randomised labs."""
 
     direct: dict[str, Any] = None  # of config.yaml, which says what may stand there
     objects: within(1, 1000, int)
@@ -326,21 +303,13 @@ class Ranges(Model):
             ball=(block(weight=Positive, radius_m=Lengths), None),
             ear=(block(weight=Positive), None),
         ),
-        AfterValidator(_some),
+        some,
     ]
     loose: Share
     table_friction: ends(Share)
     sphere_friction: ends(Share)
     material: block(
-        law=Annotated[
-            block(
-                neo_hookean=(Positive, None),
-                blatz_ko=(Positive, None),
-                gent=(Positive, None),
-                hill_foam=(Positive, None),
-            ),
-            AfterValidator(_some),
-        ],
+        law=Annotated[block(**dict.fromkeys(LAWS, (Positive, None))), some],
         youngs_modulus_pa=Bounded,
         poisson_ratio=ends(Ratio),
         relaxation_fraction=ends(Ratio),
@@ -354,5 +323,5 @@ class Ranges(Model):
         contact_tremor_m=within(0, 0.01),
     )
     stand: block(distance_m=block(bumblebee=Bounded, kinect=Bounded), elevation_deg=Angle)
-    device: block(Device, force_gain=NotNegative, force_drift_n=NotNegative, radius=NotNegative)
+    device: block(ErrorSizes, force_gain=NotNegative, force_drift_n=NotNegative, radius=NotNegative)
     gloss: ends(Share)

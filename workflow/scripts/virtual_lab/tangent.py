@@ -39,7 +39,7 @@ class TangentSolver:
     elements : (m, a) int array
         Nodes of each element.
     fixed : (3 n,) bool array
-        Unknowns that are held at zero.
+        Unknowns that are zero.
     symmetric : bool
         Whether matrices are: of such the upper triangle is taken.
     """

@@ -8,11 +8,12 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 from skfem import ElementTetP2, MeshTet, MeshTet2
 
-from virtual_lab.level_set import REACH_M, Distance, level_set_mesh, onto_surface, refined_near
-from virtual_lab.mesh import SolidMesh, solid_mesh
+from virtual_lab.level_set import REACH_M, level_set_mesh, onto_surface, refined_near
+from virtual_lab.signed_distance import Distance
+from virtual_lab.solid import SolidMesh, solid_mesh
 
-VOLUME_QUADRATURE = 3
-CONTACT_QUADRATURE = 6
+# Polynomial orders that are integrated exactly.
+QUADRATURE = {"volume_order": 3, "facet_order": 6}
 CANDIDATES = 24
 # Corners, middles and centre of the reference tetrahedron: there a curved one keeps its volume.
 CHECKED_AT = np.array(
@@ -41,10 +42,8 @@ def tetrahedral_solid(
         Signed distance [m].
     box_m : (low, high)
         Box to mesh [m].
-    planes : list of (axis, place)
-        Flat cuts of the solid.
-    spots : list of ((3,) array, float)
-        Centres and edges wanted there [m].
+    planes, spots
+        As of `virtual_lab.level_set.refined_near`.
     spacing_m : float
         Edge elsewhere [m].
     reaches : mapping
@@ -64,14 +63,7 @@ def tetrahedral_solid(
         for name, (centre, radius) in reaches.items()
     }
     curved = _curved(mesh, distance, planes)
-    solid = solid_mesh(
-        curved,
-        ElementTetP2(),
-        facets,
-        volume_order=VOLUME_QUADRATURE,
-        facet_order=CONTACT_QUADRATURE,
-    )
-    return solid, mesh
+    return solid_mesh(curved, ElementTetP2(), facets, **QUADRATURE), mesh
 
 
 def interpolation(mesh: MeshTet, solid: SolidMesh, points_m: NDArray) -> sparse.csr_matrix:
@@ -123,8 +115,8 @@ def _near(
 ) -> NDArray:
     """Boundary facets near a centre, but for flat cuts."""
     facets = mesh.boundary_facets()
-    middle = mesh.p[:, mesh.facets[:, facets]].mean(axis=1).T
     corners = mesh.p[:, mesh.facets[:, facets]]
+    middle = corners.mean(axis=1).T
     on_cut = np.zeros(len(facets), dtype=bool)
     for axis, place in planes:
         on_cut |= (np.abs(corners[axis] - place) < 1e-9).all(axis=0)

@@ -25,11 +25,9 @@ def gauge_record(
     options: Mapping,
     rng: np.random.Generator,
     *,
-    felt: Callable[[NDArray], NDArray] | None = None,
+    measured: Callable[[NDArray], NDArray] = lambda wrench: wrench,
 ) -> pd.DataFrame:
-    """Record a frictionless press: ``time_s`` and six gauge volts, or a wrench without gauges.
-
-    The object's pressure on the sphere passes through the sphere's centre.
+    """Record a force through the sphere's centre, as six gauge volts or, without gauges, a wrench.
 
     Parameters
     ----------
@@ -45,49 +43,41 @@ def gauge_record(
         ``force`` block of lab.yaml.
     rng : numpy.random.Generator
         Draws bias and noise.
-    felt : callable, optional
+    measured : callable, optional
         What a sensor in error makes of the wrench (n, 6) on it [N, Nm].
 
     Returns
     -------
     DataFrame
+        ``time_s`` and ``v0`` to ``v5``, or ``fx_n`` to ``tz_nm``.
 
     Raises
     ------
     ValueError
         If the probe has no gauges and the options no ``wrench``.
     """
-    load = load_on_sensor(force_n, object_from_force, probe, options)
-    if felt is not None:
-        load = felt(load)
+    wrench = measured(_wrench_on_sensor(force_n, object_from_force, probe, options))
+    table = pd.DataFrame({"time_s": time_s})
     if "gauge" not in probe:
-        return _wrench_record(time_s, load, options, rng)
+        if "wrench" not in options:
+            where = "for a probe without gauges, found none"
+            raise ValueError(f"force.wrench: expected its noise {where}")
+        errors = options["wrench"]
+        noise = np.repeat([errors["noise_n"], errors["noise_nm"]], 3)
+        offset = rng.uniform(-1, 1, 6) * np.repeat([errors["offset_n"], errors["offset_nm"]], 3)
+        noisy = wrench + offset + noise * rng.standard_normal(wrench.shape)
+        table[list(WRENCH_COLUMNS)] = np.round(noisy, WRENCH_DECIMALS)
+        return table
     sensitivity = np.linalg.inv(np.array(probe["gauge"]["calibration"]))
-    volts = load @ sensitivity.T + rng.uniform(-1, 1, 6) * options["bias_v"]
+    volts = wrench @ sensitivity.T + rng.uniform(-1, 1, 6) * options["bias_v"]
     volts = volts + rng.normal(0, options["noise_v"], volts.shape)
     limit = probe["gauge"]["range_v"]
     step = 2 * limit / ADC_STEPS
-    table = pd.DataFrame({"time_s": time_s})
     table[GAUGES] = np.clip(np.round(volts / step) * step, -limit, limit - step)
     return table
 
 
-def _wrench_record(
-    time_s: NDArray, load: NDArray, options: Mapping, rng: np.random.Generator
-) -> pd.DataFrame:
-    """Record of a sensor that reports newtons and newton metres, with an offset of its own."""
-    if "wrench" not in options:
-        raise ValueError("force.wrench: expected its noise for a probe without gauges, found none")
-    errors = options["wrench"]
-    noise = np.repeat([errors["noise_n"], errors["noise_nm"]], 3)
-    offset = rng.uniform(-1, 1, 6) * np.repeat([errors["offset_n"], errors["offset_nm"]], 3)
-    noisy = load + offset + noise * rng.standard_normal(load.shape)
-    table = pd.DataFrame({"time_s": time_s})
-    table[list(WRENCH_COLUMNS)] = np.round(noisy, WRENCH_DECIMALS)
-    return table
-
-
-def load_on_sensor(
+def _wrench_on_sensor(
     force_n: NDArray, object_from_force: NDArray, probe: Mapping, options: Mapping
 ) -> NDArray:
     """Wrench on the sensor about its origin, force frame, shape (n, 6) [N, Nm]."""
@@ -100,10 +90,10 @@ def load_on_sensor(
     return np.hstack([contact + weight, torque])
 
 
-def inertial_load(path: ProbeMotion, probe: Mapping, options: Mapping) -> NDArray:
-    """Wrench of what hangs on the sensor against its motion, as a point, (n, 6) [N, Nm].
+def inertial_wrench(path: ProbeMotion, probe: Mapping, options: Mapping) -> NDArray:
+    """Wrench of the sensor's payload against its motion, as a point, (n, 6) [N, Nm].
 
-    Force frame, about the sensor's origin; see `load_on_sensor`.
+    Force frame, about the sensor's origin.
     """
     centre = np.array(options["centre_of_mass_m"])
     arm = path.object_from_force @ (centre - np.array(probe["force_from_tip"])[:3, 3])

@@ -26,15 +26,6 @@ class Capture:
         object.yaml.
     sensor, probe : mapping
         The sensor's and the probe's file.
-
-    Examples
-    --------
-    >>> from palpate import open_capture
-    >>> capture = open_capture(
-    ...     "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
-    ... )
-    >>> capture.images()[0].shape, capture.declared["probe"]
-    ((480, 640, 3), 'nano25_sphere')
     """
 
     folder: Path
@@ -119,8 +110,8 @@ def open_capture(
     >>> capture = open_capture(
     ...     "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
     ... )
-    >>> capture.point, len(capture.frames), capture.radius_m
-    ('08', 10, 0.00622)
+    >>> capture.point, len(capture.frames), capture.images()[0].shape, capture.radius_m
+    ('08', 10, (480, 640, 3), 0.00622)
     """
     folder = Path(os.path.abspath(folder))
     declared = load_yaml(folder.parents[1] / "object.yaml")

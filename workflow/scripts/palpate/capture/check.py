@@ -42,9 +42,9 @@ def check_object(
     folder : path
         ``raw/<object>``.
     sensors, probes : mapping
-        Specifications by name; None of a file that is wrong, to which nothing is held.
+        Specifications by name; None of a file that is wrong, with which nothing is compared.
     files : bool, optional
-        False: of captures only what can be told without opening their tables and images.
+        False: of captures only what can be determined without opening their tables and images.
 
     Returns
     -------

@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from hashlib import file_digest
 from pathlib import Path
 
@@ -23,8 +23,8 @@ from palpate.capture.tables import (
 )
 from palpate.yaml_files import one_line
 
-FEWEST_FRAMES = 3
-# Each is held against what the others say, whose deviations three tell at the least.
+FEWEST_FRAMES, FEWEST_REPEATS = 3, 2
+# Each is compared with the others, whose deviations take three at the least.
 FEWEST_BACKGROUND_FRAMES = 4
 FEWEST_FORCE_SAMPLES = 10
 # A time of day, or a date and one.
@@ -48,13 +48,16 @@ def check_capture(folder: str | Path, sensor: Mapping) -> list[str]:
     """
     folder, streams = Path(folder), image_streams(sensor)
     if folder.name == BACKGROUND:
-        problems, _ = check_frames(folder, streams, fewest=FEWEST_BACKGROUND_FRAMES)
-    else:
-        problems, frames = check_frames(folder, streams, fewest=FEWEST_FRAMES)
-        if not problems:
-            problems += _check_repeated(folder, frames, streams)
-        problems += _check_force(folder / FORCE, frames)
-    return [one_line(problem) for problem in problems]
+        return check_images(folder, sensor, fewest=FEWEST_BACKGROUND_FRAMES)
+    problems, frames = check_frames(folder, streams, fewest=FEWEST_FRAMES)
+    if not problems:
+        problems += _check_repeated(folder, frames, streams)
+    return list(map(one_line, problems + _check_force(folder / FORCE, frames)))
+
+
+def check_images(folder: Path, sensor: Mapping, *, fewest: int = FEWEST_REPEATS) -> list[str]:
+    """Check a recording without forces, one line for each problem: all streams of the sensor."""
+    return list(map(one_line, check_frames(folder, image_streams(sensor), fewest=fewest)[0]))
 
 
 def check_frames(
@@ -169,25 +172,19 @@ def _check_repeated(folder: Path, frames: pd.DataFrame, streams: Iterable[str]) 
 
     Only files that share their size with others are read, once each.
     """
-    return [
-        f"{folder / FRAMES}: {stream}: expected another image in each frame, found {again} the same"
-        f" as {first}"
-        for stream in streams
-        for first, again in _repeated(folder, list(map(str, frames[stream])))[:1]
-    ]
-
-
-def _repeated(folder: Path, names: Sequence[str]) -> list[tuple[str, str]]:
-    """Files with the content of one before them, each behind that one."""
-    sizes = [(folder / name).stat().st_size for name in names]
-    counts, seen, found = Counter(sizes), {}, []
-    for name, size in zip(names, sizes, strict=True):
-        if counts[size] > 1:
-            with (folder / name).open("rb") as stream:
-                same = seen.setdefault(file_digest(stream, "sha256").digest(), [])
-            found += [(same[0], name)] if same else []
-            same.append(name)
-    return found
+    problems, expected = [], "expected another image in each frame"
+    for stream in streams:
+        names, seen = list(map(str, frames[stream])), {}
+        sizes = [(folder / name).stat().st_size for name in names]
+        counts = Counter(sizes)
+        for k in [k for k, size in enumerate(sizes) if counts[size] > 1]:
+            with (folder / names[k]).open("rb") as file:
+                first = seen.setdefault(file_digest(file, "sha256").digest(), k)
+            if first != k:
+                found = f"found {names[k]} the same as {names[first]}"
+                problems.append(f"{folder / FRAMES}: {stream}: {expected}, {found}")
+                break
+    return problems
 
 
 def _check_force(path: Path, frames: pd.DataFrame | None) -> list[str]:

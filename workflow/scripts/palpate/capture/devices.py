@@ -1,14 +1,14 @@
-"""Files of sensors and probes: where they stand, what they say, what recordings determine."""
+"""Files of sensors and probes: where they stand, and what they say."""
 
 import argparse
 import os
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.capture.discover import sensor_fault
 from palpate.config.model import problems
-from palpate.config.probe import CALIBRATION, DEVIATIONS, ProbeSpec
+from palpate.config.probe import ProbeSpec
 from palpate.config.sensor import SensorSpec
 from palpate.yaml_files import load_yaml
 
@@ -24,31 +24,6 @@ class Devices:
     specs: Mapping[str, Mapping | None]  # None of a wrong one
     problems: Mapping[str, tuple[str, ...]]  # lines of each wrong one
     folder: Path
-
-
-@dataclass(frozen=True)
-class Part:
-    """A part of a probe that a recording determines."""
-
-    name: str  # of results/sensors/<sensor>/<name>.json
-    film: str  # the recording's, of raw/sensors/<sensor>/<film>
-    shows: str  # what the recording is of
-    # Fields of the probe's file that may say `calibration`, each with the field of its deviation,
-    # which the recording determines too.
-    deviations: Mapping[str, str]
-    force: bool = True  # whether the recording has forces
-
-    def asking(self, probe: Mapping) -> str | None:
-        """The first field of a probe's file that asks for the part."""
-        return next((key for key in self.deviations if probe.get(key) == CALIBRATION), None)
-
-
-# In the order in which they are taken: where the tip is in the sensor's frame depends on its axes.
-PARTS = (
-    Part("load", "load", "the probe held free", DEVIATIONS["load"]),
-    Part("tip", "pivot", "the turning handle", DEVIATIONS["tip"], force=False),
-    Part("stiffness", "stiffness", "a press on something rigid", DEVIATIONS["stiffness"]),
-)
 
 
 def add_devices(parser: argparse.ArgumentParser, *names: str) -> None:
@@ -143,21 +118,3 @@ def read_device(path: Path, name: str) -> tuple[Mapping | None, tuple[str, ...]]
         lines.append(f"{path}: {kind}: expected {path.stem}, found {spec[kind]}")
     lines += [f"{path}: {kind}: {fault}"] if (fault := sensor_fault(path.stem)) else []
     return spec, tuple(lines)
-
-
-def asked(probe: Mapping) -> dict[str, str]:
-    """Parts that a probe's file asks for, as `PARTS` are ordered, each with its field."""
-    return {part.name: field for part in PARTS if (field := part.asking(probe))}
-
-
-def require_met(unmet: Mapping[str, str], probe: Mapping) -> None:
-    """Raise ValueError for parts that a probe's file asks for, by field, and no calibration has."""
-    for part, field in unmet.items():
-        expected = f"the {part}.json that the file of {probe['probe']} asks for"
-        raise ValueError(f"{field}: expected {expected}, found none")
-
-
-def as_stated(probe: Mapping, known: Collection[str] = ()) -> Mapping:
-    """A probe's file that asks for no part but known ones: what it states of others counts."""
-    unknown = {field for part in PARTS if part.name not in known for field in part.deviations}
-    return {k: v for k, v in probe.items() if not (k in unknown and v == CALIBRATION)}

@@ -151,6 +151,7 @@ def folder_fingerprint(folder: str | Path, *, linked: int = 0) -> str:
         Folder of a capture, itself a link or not; hidden files are passed over.
     linked : int, optional
         Levels below it whose folders may be links: 2 in an object's, for sensors and captures.
+        A link to itself is passed over, and one to a folder above it is entered on these alone.
 
     Returns
     -------
@@ -167,16 +168,14 @@ def _files(
     folder: str, parts: tuple[str, ...], linked: int
 ) -> Iterator[tuple[tuple, os.stat_result]]:
     """Visible files below a folder; a linked folder is entered on the first levels alone."""
-    try:
-        entries = list(os.scandir(folder))
-    except (FileNotFoundError, NotADirectoryError):
-        return
-    for entry in entries:
+    # By os.path, whose answer is no of a link to itself: entries raise an error.
+    for entry in os.scandir(folder) if os.path.isdir(folder) else ():
         if entry.name.startswith("."):
             continue
-        if entry.is_dir(follow_symlinks=linked > 0):
-            yield from _files(entry.path, (*parts, entry.name), linked - 1)
-        elif os.path.isfile(entry.path):  # not of a link to itself, which the check tells of
+        if os.path.isdir(entry.path):
+            if linked > 0 or not entry.is_symlink():
+                yield from _files(entry.path, (*parts, entry.name), linked - 1)
+        elif os.path.isfile(entry.path):
             yield (*parts, entry.name), entry.stat()
 
 
@@ -188,10 +187,9 @@ def stamp(path: str | Path) -> str:
     path = Path(path)
     if path.is_dir():
         return folder_fingerprint(path)
-    try:
-        status = path.stat()
-    except FileNotFoundError:
+    if not path.exists():
         return ""
+    status = path.stat()
     return f"{status.st_size} {status.st_mtime_ns} {status.st_ino}"
 
 

@@ -6,14 +6,21 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from palpate.capture.check_capture import check_capture, check_frames, check_numbers, read_columns
+from palpate.capture.check_capture import (
+    FEWEST_REPEATS,
+    check_capture,
+    check_frames,
+    check_images,
+    check_numbers,
+    read_columns,
+)
 from palpate.capture.discover import BACKGROUND
 from palpate.capture.tables import image_streams, read_table
 from palpate.config.model import problems
-from palpate.config.probe import TargetFile
+from palpate.config.probe import SIDE, TargetFile
 from palpate.yaml_files import load_yaml, one_line
 
-FEWEST_REPEATS, FEWEST_PAIRS = 2, 6
+FEWEST_PAIRS = 6
 GRID = ["point", "row", "column", "x_m", "y_m"]
 PLANES = ["plane", "distance_m"]
 MOST_POINTS = 1000
@@ -63,12 +70,6 @@ def _recording(folder: Path) -> list[str]:
     return [f"{path}: provenance: expected recorded or simulated, found {found}"]
 
 
-def check_film(folder: Path, sensor: Mapping, *, fewest: int = FEWEST_REPEATS) -> list[str]:
-    """Check a recording without forces: all streams of the sensor."""
-    problems, _ = check_frames(folder, image_streams(sensor), fewest=fewest)
-    return [one_line(problem) for problem in problems]
-
-
 def _calibration(folder: Path, sensor: Mapping) -> list[str]:
     """Grey pairs of the sensor's two cameras, and the target's sizes."""
     described = folder / "board.yaml"
@@ -95,8 +96,10 @@ def _board(path: Path) -> list[str]:
     if min(columns, rows) < 3 or columns % 1 or rows % 1:
         expected = "whole numbers of inner corners >= 3"
         return [f"{path}: columns, rows: expected {expected}, found {columns:g} x {rows:g}"]
-    if not 0 < square_m <= 1:
-        return [f"{path}: square_m: expected metres, above 0 and at most 1, found {square_m:g}"]
+    if not SIDE["ge"] <= square_m <= SIDE["le"]:
+        expected = f"{SIDE['ge']:g} to {SIDE['le']:g} metres"
+        hint = " (millimetres?)" if square_m > SIDE["le"] else ""
+        return [f"{path}: square_m: expected {expected}, found {square_m:g}{hint}"]
     return []
 
 
@@ -134,18 +137,18 @@ def _planes(folder: Path, sensor: Mapping) -> list[str]:
     if not (table["distance_m"] > 0).all():
         return [f"{path}: distance_m: expected above 0, found {table['distance_m'].min():g}"]
     for plane in table["plane"]:
-        lines += check_film(folder / f"{int(plane):02d}", sensor, fewest=1)
+        lines += check_images(folder / f"{int(plane):02d}", sensor, fewest=1)
     return lines
 
 
 def _cd_case(folder: Path, sensor: Mapping) -> list[str]:
     """Frames of the tip around the case, and of the empty scene."""
-    return check_film(folder / "trace", sensor) + check_film(folder / BACKGROUND, sensor)
+    return check_images(folder / "trace", sensor) + check_images(folder / BACKGROUND, sensor)
 
 
 def _load(folder: Path, sensor: Mapping) -> list[str]:
     """Frames and forces of the probe held free, and the empty table, which gives the vertical."""
-    return check_capture(folder, sensor) + check_film(folder / BACKGROUND, sensor)
+    return check_capture(folder, sensor) + check_images(folder / BACKGROUND, sensor)
 
 
 def _filled(path: Path, columns: list[str]) -> tuple[pd.DataFrame | None, list[str]]:
@@ -164,7 +167,7 @@ CHECKS = {
     "cd_case": _cd_case,
     "loading": check_capture,
     "planes": _planes,
-    "pivot": check_film,
+    "pivot": check_images,
     "load": _load,
     "stiffness": check_capture,
 }

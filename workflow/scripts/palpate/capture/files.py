@@ -50,7 +50,7 @@ def whole_folder(path: str | Path, *, replace: bool = True, kept: str = "") -> I
     path : path
         Where the folder is to stand.
     replace : bool, optional
-        Whether what stands there is replaced, or refused.
+        Whether what stands there is replaced, or rejected.
     kept : str, optional
         Name of a folder that may stand there alone already, and stays.
 

@@ -160,6 +160,11 @@ def demosaic(samples: NDArray, encoding: str) -> NDArray:
     return cv2.cvtColor(cv2.cvtColor(samples, RGGB_TO_BGR), cv2.COLOR_BGR2RGB)
 
 
+def grey(image: NDArray) -> NDArray:
+    """Grey levels of an RGB image, or those that it has, (h, w) uint8."""
+    return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+
+
 def write_image(path: str | Path, image: NDArray, encoding: str) -> None:
     """Write an image of a capture as PNG; ``bayer_rggb8`` takes the (h, w) mosaic.
 

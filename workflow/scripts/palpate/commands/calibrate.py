@@ -14,12 +14,11 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from palpate.capture.check_capture import check_capture
+from palpate.capture.check_capture import check_capture, check_images
 from palpate.capture.curves.columns import DEPTH, FORCE, column_of, numbers_of
 from palpate.capture.curves.export import read_export
 from palpate.capture.devices import read_device
 from palpate.capture.discover import BACKGROUND
-from palpate.capture.experiments import check_film
 from palpate.capture.files import write_text
 from palpate.capture.tables import FRAMES, WRENCH_COLUMNS, columns_of, read_force, read_table
 from palpate.commands import calibrate_camera
@@ -41,31 +40,31 @@ from palpate.vision.support_plane import read_plane
 from palpate.yaml_files import load_yaml
 
 TIP = """\
-Find where the centre of the ball is in the frame of the probe's board: rest the ball in a dimple,
-film the board, and lean the handle by 30 degrees to all sides, for 200 frames.
-It takes a film (a folder with frames.csv) with the files of the sensor and of the board or probe;
+Find where the centre of the ball is in the frame of the probe's target: rest the ball in a dimple,
+record the target, and tilt the handle by 30 degrees to all sides, for 200 frames.
+It takes a recording (a folder with frames.csv) with the files of sensor and target or probe;
 a table of poses as probe_pose.csv has them (marker_qx, marker_qy, marker_qz, marker_qw,
-marker_x_m, marker_y_m, marker_z_m, camera from board); or a folder of text files with a matrix of
+marker_x_m, marker_y_m, marker_z_m, camera from target); or a folder of text files with a matrix of
 4 x 4 numbers in each. Frames that are off are named and left out.
 """
 LOAD = """\
-Find mass and centre of mass of what hangs on the force sensor, its zeros, and how it is turned
-against the probe's board: hold the probe free in the air for two seconds each in twelve poses, tip
-down, up, level to four sides and between, and film the board. A pose in which something else
-touches the probe is named and left out.
-It takes a film (a folder with frames.csv and force.csv) with the files of sensor and probe, or a
-table with a row for each pose: the board's rotation as probe_pose.csv has it (marker_qx,
+Find mass and centre of mass of the force sensor's payload, its offsets, and how it is turned
+against the probe's target: hold the probe free in the air for two seconds each in twelve poses, tip
+down, up, level to four sides and between. A pose in which something else touches the probe is
+named and left out.
+It takes a recording (a folder with frames.csv and force.csv) with the files of sensor and probe,
+or a table with a row for each pose: the target's rotation as probe_pose.csv has it (marker_qx,
 marker_qy, marker_qz, marker_qw) and the mean wrench (fx_n, fy_n, fz_n, tx_nm, ty_nm, tz_nm).
-The vertical is the table's that a film's background/ shows or a support_plane.json states
+The vertical is the table's that a recording's background/ shows or a support_plane.json states
 (--plane), or given in the camera's frame (--up), whose x points right, y down and z away.
 """
 STIFFNESS = """\
-Find what the probe gives way by between its board and its ball, along its axis: press the ball on
-something rigid, a steel block on a table, slowly to 5 N and back within ten seconds.
-It takes a film (a folder with frames.csv and force.csv) with the files of sensor and probe, or a
-table in the order of time, as palpate hertz reads curves: how far the tip went along the probe's
-axis by the board's poses (depth_m, growing in the press, from any zero), and the force along it
-(force_n), at the same moments. Units stand in the names of the columns, or are said.
+Find the probe's compliance between target and ball, along its axis: press the ball on something
+rigid, a steel block on a table, slowly to 5 N and back within ten seconds.
+It takes a recording (a folder with frames.csv and force.csv) with the files of sensor and probe,
+or a table in the order of time, as palpate hertz reads curves: how far the tip went along the
+probe's axis by the target's poses (depth_m, growing in the indentation, from any offset), and the
+force along it (force_n), at the same moments. Units stand in the names of the columns.
 """
 # Of a probe's file, beside its target.
 TRANSFORMS = ("marker_from_force", "force_from_tip")
@@ -83,10 +82,10 @@ def _calibrate(part: Callable[..., Found], options: argparse.Namespace) -> None:
         if output.resolve() == source.resolve():
             raise ValueError(f"--output: expected a file of its own, found {output} in use already")
     if not source.exists():
-        expected = "a film, a table or a folder" if part is _tip else "a film or a table"
+        expected = "a recording, a table or a folder" if part is _tip else "a recording or a table"
         raise ValueError(f"{source}: source: expected {expected}, found none")
     if part is not _tip and source.is_dir() and not (source / FRAMES).is_file():
-        raise ValueError(f"{source}: frames.csv: expected a film's, found none")
+        raise ValueError(f"{source}: frames.csv: expected a recording's, found none")
     with _naming(options):
         lines, fields = part(options, _probe(options))
     print("\n".join(lines))
@@ -99,10 +98,10 @@ def _tip(options: argparse.Namespace, probe: Mapping) -> Found:
     source, lost = options.source, []
     recorded = (source / FRAMES).is_file()
     if options.unit != "m" and (recorded or source.is_file()):
-        expected = "one for text files alone (a table's columns say theirs, a film has metres)"
+        expected = "one for text files alone (a table's columns say theirs, a recording has metres)"
         raise ValueError(f"--unit: expected {expected}, found {options.unit}")
     if recorded:
-        table, sensor = _recording(options, probe, check_film)
+        table, sensor = _recording(options, probe, check_images)
         names, poses = [f"frame {k}" for k in table["frame"]], marker_transforms(table)
         found = recorded_pivot(poses, names, board_of(probe["marker"]), sensor["color"])
     else:
@@ -123,7 +122,7 @@ def _tip_lines(found: Pivot) -> Iterator[str]:
     yield f"  turned by {turn} degrees (root mean square, of three directions)"
     yield f"  residual: {found.rms_m * MILLIMETRES:.3f} mm (root mean square)"
     if found.optics_covariance is None:
-        yield "  not in the deviations: what the camera's optics are wrong by, which no pose tells"
+        yield "  not in the deviations: errors of the camera's optics, which no pose determines"
     else:
         optics_mm = found.optics_std_m * MILLIMETRES
         yield f"  of the deviations, what the camera's optics are wrong by: {optics_mm:.2g} mm"
@@ -135,7 +134,7 @@ def _tip_blocks(found: Pivot, probe: Mapping) -> Iterator[str]:
         away_m = float(np.linalg.norm(found.tip_m - marker_from_tip(probe)[:3, 3]))
         if away_m > FARTHEST_M:
             yield (
-                f"  doubtful: {away_m * MILLIMETRES:.0f} mm from where the file has it"
+                f"  warning: {away_m * MILLIMETRES:.0f} mm from where the file has it"
                 " (force_from_tip): another probe's file or board, or poses of another frame?"
             )
     if "marker_from_force" in probe:
@@ -209,7 +208,7 @@ def _stiffness(options: argparse.Namespace, probe: Mapping) -> Found:
         f"{source}: {found.samples} samples in contact, {low:.2g} to {high:.2g} N",
         f"  read: {read}",
         *_stiffness_lines(found),
-        *(f"  doubtful: {line}" for line in warned),
+        *(f"  warning: {line}" for line in warned),
     ]
     # Of a probe that is stiffer than is determined the deviation alone.
     lines += [f"stiffness_n_m: {digits(found.stiffness_n_m, 3)}"] if found.determined else []
@@ -225,7 +224,7 @@ def _stiffness_lines(found: Compliance) -> Iterator[str]:
     if isfinite(found.gap_m[0]):
         yield f"  unloading lies {gap} mm from loading"
     else:
-        yield "  loading or unloading alone: whether they are alike is not told"
+        yield "  loading or unloading alone: whether they are alike is not determined"
     yield f"  residual: {round(found.rms_m * MILLIMETRES, 5):.2g} mm (root mean square)"
     yield f"  {found.verdict}"
 
@@ -351,7 +350,7 @@ def add(commands: Any) -> None:
     tip = _part(parts, "tip", "where the ball is on the probe", _tip, TIP,
         "pivot --sensor sensors/d435.yaml --board probes/ball.yaml")  # fmt: skip
     tip.add_argument("--unit", choices=("m", "cm", "mm"), default="m", help="of text files")
-    load = _part(parts, "load", "what hangs on the force sensor", _load, LOAD,
+    load = _part(parts, "load", "payload of the force sensor", _load, LOAD,
         "poses.csv --up 0 -0.7 -0.7 --board probes/ball.yaml")  # fmt: skip
     up = "upwards, in the camera's frame"
     load.add_argument("--up", nargs=3, type=float, metavar=("X", "Y", "Z"), help=up)
@@ -369,8 +368,8 @@ def _part(
 ) -> argparse.ArgumentParser:
     example, work = f"palpate calibrate {name} {example}", partial(_calibrate, part)
     verb = add_verb(parts, name, short, work, about=about, example=example)
-    verb.add_argument("source", type=Path, metavar="SOURCE", help="film, table or folder")
-    verb.add_argument("--sensor", type=Path, metavar="FILE", help="of a film: the sensor's YAML")
+    verb.add_argument("source", type=Path, metavar="SOURCE", help="recording, table or folder")
+    verb.add_argument("--sensor", type=Path, metavar="FILE", help="sensor's YAML, of a recording")
     board = "YAML with a block marker, as palpate board prints or a probe's file has"
     verb.add_argument("--board", type=Path, metavar="FILE", help=board)
     written = f"write {name}.json there too"

@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 from palpate.capture.files import write_text
 from palpate.capture.importing.optics_files import read_optics
 from palpate.commands.help import add_verb, sure
-from palpate.config.probe import TargetFile
+from palpate.config.probe import SIDE, TargetFile
 from palpate.units import MILLIMETRES
 from palpate.vision.board import Board, FlatBoard
 from palpate.vision.board_pictures import BoardPictures, read_pictures
 from palpate.vision.calibration import Calibration, calibrate_camera
-from palpate.vision.calibration_problem import OPTICS, PARAMETERS
+from palpate.vision.calibration_problem import PARAMETERS
 from palpate.vision.calibration_report import camera_verdict, next_view, pair_verdict
 from palpate.vision.camera import (
+    OPTICS,
     PinholeCamera,
     camera_block,
     camera_from_spec,
@@ -173,9 +174,10 @@ def _board(options: argparse.Namespace) -> FlatBoard:
         raise ValueError(f"{missing}: expected the board's, found none")
     if min(corners) < 3:
         raise ValueError(f"--inner-corners: expected 3x3 or more, found {corners[0]}x{corners[1]}")
-    if not 0 < square_mm <= MILLIMETRES:
-        expected = f"above 0 and at most {MILLIMETRES:g}"
-        raise ValueError(f"--square-mm: expected {expected}, found {square_mm:g}")
+    least, most = (MILLIMETRES * SIDE[end] for end in ("ge", "le"))
+    if not least <= square_mm <= most:
+        found = f"{square_mm:g}{' (metres?)' if 0 < square_mm < least else ''}"
+        raise ValueError(f"--square-mm: expected {least:g} to {most:g} millimetres, found {found}")
     return Board(*corners, square_mm / MILLIMETRES)
 
 
@@ -233,11 +235,8 @@ def add(parts: Any) -> None:
     verb.add_argument("sources", nargs="+", type=Path, metavar="FOLDER", help="or a file")
     verb.add_argument("--inner-corners", type=_sides, metavar="9x6", help="of the checkerboard")
     verb.add_argument("--square-mm", type=float, help="side of its squares")
-    verb.add_argument(
-        "--board",
-        type=Path,
-        help="YAML with a block marker, as palpate board prints or a probe's file has",
-    )
+    board = "YAML with a block marker, as palpate board prints or a probe's file has"
+    verb.add_argument("--board", type=Path, help=board)
     verb.add_argument("--kind", choices=KINDS, help="of two cameras: what the second is for")
     verb.add_argument("--sensor", metavar="NAME", help="begin the file with this name")
     verb.add_argument("--size", type=_sides, metavar="640x480", help="of OpenCV files without one")

@@ -275,7 +275,7 @@ def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> 
         yield f"  law of the {which}: {text} (0: neo-Hooke's, 1: Blatz and Ko's)"
     if options.fast:
         yield f"  {FAST_NOTE}"
-    yield from (f"  doubtful: {line}" for line in found.warnings)
+    yield from (f"  warning: {line}" for line in found.warnings)
 
 
 def add(commands: Any) -> None:

@@ -18,7 +18,7 @@ MOST_NAMED = 12
 ABOUT = """\
 Write the material of an object as a programme of finite elements takes it: the recommended estimate
 of a run, neo-Hookean, with its relaxation where the programme has that; intervals and what else has
-to be known stand in the file's comment. An estimate that the captures do not tell is refused.
+to be known stand in the file's comment. An estimate that the captures do not determine is rejected.
 """
 EXAMPLE = "palpate export sponge --to febio --unit mm"
 

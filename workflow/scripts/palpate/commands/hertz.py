@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 ABOUT = """\
 Fit E* and the contact to curves of force against depth, in text files as instruments write them.
-Columns, units, delimiter, preamble, signs and the part that is loading are found and told; what
+Columns, units, delimiter, preamble, signs and the part that is loading are found and stated; what
 can't be found is asked for by the option that says it.
 """
 EXAMPLE = "palpate hertz curve.csv --radius-mm 6.22"
@@ -135,7 +135,7 @@ def _lines(curve: Curve, fit: "HertzFit") -> Iterator[str]:
     youngs = modulus_text(fit.youngs_modulus_pa(nu), fit.youngs_modulus_interval_pa(nu))
     place = scale * curve.depth_sign * fit.contact_m
     yield curve.path
-    yield from (f"  doubtful: {line}" for line in (*curve.doubts, *fit.doubts))
+    yield from (f"  warning: {line}" for line in (*curve.doubts, *fit.doubts))
     yield f"  read: {curve.read}"
     yield f"  E* {fit.modulus_text}"
     yield f"  E  {youngs} for nu {nu:g}"
@@ -206,7 +206,7 @@ def add(commands: Any) -> None:
     option("--base", choices=bases, default="bonded", help="of a layer (bonded)")
     number("--stiffness-n-m", help="between drive and tip: of a cantilever, a load cell")
     number("--nu", default=0.33, help="Poisson's ratio that E and a layer's law assume (0.33)")
-    baseline = "fit a constant force too; else where an approach tells it"
+    baseline = "fit a constant force too; else where an approach determines it"
     option("--baseline", action=argparse.BooleanOptionalAction, help=baseline)
     residuals, compared = ("force", "force_two_thirds"), "compared: the force, or its power 2/3"
     option("--residual", choices=residuals, default="force", help=compared)

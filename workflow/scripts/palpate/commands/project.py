@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.capture.devices import CONFIG, PARTS
+from palpate.capture.devices import CONFIG
+from palpate.config.probe import PARTS
 from palpate.yaml_files import load_yaml
 
 # What a file may say besides, for the workflow alone, which checks it before its first job.

@@ -57,7 +57,7 @@ EXPECTED = {
 
 
 class _OneLineEach(type(BaseModel)):
-    """What is wrong with a call's values is told as of a file's."""
+    """What is wrong with a call's values is reported as of a file's."""
 
     def __call__(cls, *args: Any, **values: Any) -> Any:
         try:

@@ -1,6 +1,7 @@
 """The file of a force probe: ``config/probes/<probe>.yaml``."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from math import prod
 from typing import Annotated, Literal
 
@@ -215,3 +216,46 @@ class ProbeSpec(Model, use_attribute_docstrings=True):
                     and getattr(self, deviation, None) is not None
                 ):
                     yield deviation, f"none beside {field}: calibration ({part}.json has it)", "one"
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a probe that a recording determines."""
+
+    name: str  # of results/sensors/<sensor>/<name>.json
+    recording: str  # its folder's name, of raw/sensors/<sensor>/<recording>
+    shows: str  # what the recording is of
+    # Fields of the probe's file that may say `calibration`, each with the field of its deviation,
+    # which the recording determines too.
+    deviations: Mapping[str, str]
+    force: bool = True  # whether the recording has forces
+
+    def asking(self, probe: Mapping) -> str | None:
+        """The first field of a probe's file that asks for the part."""
+        return next((key for key in self.deviations if probe.get(key) == CALIBRATION), None)
+
+
+# In the order in which they are taken: where the tip is in the sensor's frame depends on its axes.
+PARTS = (
+    Part("load", "load", "the probe held free", DEVIATIONS["load"]),
+    Part("tip", "pivot", "the turning handle", DEVIATIONS["tip"], force=False),
+    Part("stiffness", "stiffness", "a press on something rigid", DEVIATIONS["stiffness"]),
+)
+
+
+def asked(probe: Mapping) -> dict[str, str]:
+    """Parts that a probe's file asks for, as `PARTS` are ordered, each with its field."""
+    return {part.name: field for part in PARTS if (field := part.asking(probe))}
+
+
+def require_met(unmet: Mapping[str, str], probe: Mapping) -> None:
+    """Raise ValueError for parts that a probe's file asks for, by field, and no calibration has."""
+    for part, field in unmet.items():
+        expected = f"the {part}.json that the file of {probe['probe']} asks for"
+        raise ValueError(f"{field}: expected {expected}, found none")
+
+
+def as_stated(probe: Mapping, known: Collection[str] = ()) -> Mapping:
+    """A probe's file that asks for no part but known ones: what it states of others counts."""
+    unknown = {field for part in PARTS if part.name not in known for field in part.deviations}
+    return {k: v for k, v in probe.items() if not (k in unknown and v == CALIBRATION)}

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from palpate.capture.devices import CALIBRATION, asked, require_met
-from palpate.config.probe import covariance_fault
+from palpate.config.probe import CALIBRATION, asked, covariance_fault, require_met
 from palpate.config.sensor import rigid_fault
 from palpate.json_fields import numbers_of, read_fields
 from palpate.units import MILLIMETRES
@@ -74,8 +73,8 @@ def _with_tip(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping:
         raise ValueError(f"{path}: {COVARIANCE}: {fault}")
     if (std_m := largest_std(covariance)) > LARGEST_STD_M:
         raise ValueError(
-            f"{path}: tip_m: expected a tip that is told to {LARGEST_STD_M * MILLIMETRES:g} mm,"
-            f" found one to {std_m * MILLIMETRES:.2g} mm (its verdict says what would tell it)"
+            f"{path}: tip_m: expected a tip determined to {LARGEST_STD_M * MILLIMETRES:g} mm,"
+            f" found one to {std_m * MILLIMETRES:.2g} mm (its verdict says what would determine it)"
         )
     away_m = float(np.linalg.norm(tip_m - marker_from_tip(spec)[:3, 3]))
     if away_m > FARTHEST_M:
@@ -143,8 +142,8 @@ def _axes(path: str | Path, fields: Mapping, stated: NDArray) -> tuple[NDArray, 
 def _require_told(path: str | Path, name: str, std: float, most: float, unit: str) -> None:
     if not 0 < std <= most:
         raise ValueError(
-            f"{path}: {name}: expected one that is told to {most:g} {unit}, found one to"
-            f" {std:.2g} {unit} (its verdict says what would tell it)"
+            f"{path}: {name}: expected one that is determined to {most:g} {unit}, found one to"
+            f" {std:.2g} {unit} (its verdict says what would determine it)"
         )
 
 
@@ -164,5 +163,5 @@ def _with_stiffness(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping
     return taken | {"stiffness_n_m": stiffness_n_m, "compliance_std_m_n": std_m_n}
 
 
-# What takes each part of `palpate.capture.devices.PARTS`.
+# What takes each part of `palpate.config.probe.PARTS`.
 TAKEN = {"load": _with_payload, "tip": _with_tip, "stiffness": _with_stiffness}

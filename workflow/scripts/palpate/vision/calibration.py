@@ -12,14 +12,13 @@ from palpate.vision.board import FlatBoard
 from palpate.vision.calibration_problem import (
     FEWEST_CORNERS,
     LENS,
-    OPTICS,
     PARAMETERS,
     TERMS,
     Problem,
     matrix_of,
     root_mean_square,
 )
-from palpate.vision.camera import PinholeCamera
+from palpate.vision.camera import OPTICS, PinholeCamera
 
 FEWEST_VIEWS = 6
 # Groups are dropped from the first on.
@@ -35,7 +34,7 @@ VIEW_FACTOR, WORST_SHARE = 3.0, 0.5
 SAME_VIEW_SHARE = 0.001
 # Of the focal length: what a calibration must know at least.
 LARGEST_FOCAL_ERROR = 0.1
-TILTED = "expected views that tell the focal length (boards tilted in different ways)"
+TILTED = "expected views that determine the focal length (targets tilted in different ways)"
 
 
 @dataclass(frozen=True)

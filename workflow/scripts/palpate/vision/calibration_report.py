@@ -94,7 +94,7 @@ def _verdict(parts: Mapping[str, tuple[bool, str]], *doubts: str) -> Verdict:
     lines = [
         f"{part}: {'' if yes else 'not '}determined, {how}" for part, (yes, how) in parts.items()
     ]
-    lines += [f"doubtful: {doubt}" for doubt in doubts]
+    lines += [f"warning: {doubt}" for doubt in doubts]
     return Verdict({part: bool(yes) for part, (yes, _) in parts.items()}, lines)
 
 
@@ -117,7 +117,7 @@ def _tilt(found: Calibration) -> list[str]:
     most = float(np.arccos(np.clip(min(ahead), 0, 1)))
     if most >= LEAST_TILT_RAD:
         return []
-    return [f"no board leans by more than {np.rad2deg(most):.0f} degrees: tilt it by 30"]
+    return [f"no target tilts by more than {np.rad2deg(most):.0f} degrees: tilt it by 30"]
 
 
 def _edges(found: Calibration) -> list[str]:

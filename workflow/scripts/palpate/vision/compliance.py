@@ -11,7 +11,7 @@ from scipy.ndimage import uniform_filter1d
 
 from palpate.capture.curves.phases import noise_of
 from palpate.units import MILLIMETRES
-from palpate.vision.force import FORCE, STRONGEST_HAND_N, zeroed
+from palpate.vision.force import FORCE, STRONGEST_N, zeroed
 from palpate.vision.indentation import frame_wrenches
 from palpate.vision.options import Force
 from palpate.vision.probe import marker_from_tip, marker_transforms
@@ -34,7 +34,7 @@ LEAST_OFF_M = 2e-5
 LEAST_STD_M_N, LEAST_STD_M = 1e-8, 1e-7
 SURE, DETERMINED = 5.0, 3.0
 ONE_SIDED_95 = 1.645
-# Of the record: so long are means that tell contact, and loading from unloading; of the steepest
+# Of the record: so long are means that find contact, and loading from unloading; of the steepest
 # change of force, what is held; of the samples, what both must have to be compared.
 SMOOTH, HELD, FEWEST_OF_EACH = 0.02, 0.1, 0.1
 # Residuals that are correlated more are a drift, which no number of samples averages out.
@@ -262,8 +262,8 @@ def _check_force(force: NDArray, smooth: NDArray, contact_n: float, noise_n: flo
         turned = (smooth < -contact_n).sum() >= FEWEST_SAMPLES
         sign = " (presses are positive here: turn the sign?)" if turned else ""
         raise ValueError(f"force: expected {expected}, found {chosen.sum()} of {len(force)}{sign}")
-    if (most := np.abs(force).max()) > STRONGEST_HAND_N:
-        raise ValueError(f"force: expected newtons of a hand, found {most:.4g} N (its unit?)")
+    if (most := np.abs(force).max()) > STRONGEST_N:
+        raise ValueError(f"force: expected newtons of an operator, found {most:.4g} N (its unit?)")
     range_n = float(np.ptp(force[chosen]))
     least = max(LEAST_RANGE_N, LEAST_RANGE_NOISES * noise_n)
     if range_n < least:

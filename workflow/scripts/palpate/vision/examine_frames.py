@@ -7,9 +7,8 @@ import cv2
 import numpy as np
 
 from palpate.capture.findings import Findings
-from palpate.capture.images import Stream, depth_of
+from palpate.capture.images import Stream, depth_of, grey
 from palpate.capture.tables import FRAMES, read_frames
-from palpate.vision.windows import grey
 
 # A frame's grey levels.
 DARKEST, BRIGHTEST, BLACK = 15, 240, 1

@@ -1,17 +1,45 @@
-"""Poses of the probe, or of a target, in a folder's frames."""
+"""Poses of the probe, or of a target, in a folder's frames, and whether both streams agree on them.
+
+The target moves by some millimetres in a capture, and both streams show it: a depth image how far
+away it is, the other image of a stereo head in which rows and columns. Where the two disagree and
+would agree in another order, the images are not in theirs; where one is always farther away than
+the other, the target's squares or the sensor's optics are not what their files say.
+"""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike, NDArray
 
-from palpate.capture.images import Stream
-from palpate.capture.tables import read_frames
-from palpate.vision.agreement import require_agreement
+from palpate.capture.images import Stream, depth_of, grey, read_image
+from palpate.capture.tables import FRAMES, image_streams, read_frames
+from palpate.units import MILLIMETRES
+from palpate.vision.camera import PinholeCamera, camera_from_spec
+from palpate.vision.marker import board_of
 from palpate.vision.options import ProbePose
-from palpate.vision.probe import marker_columns, recorded_poses, track_probe
+from palpate.vision.probe import marker_columns, marker_transforms, recorded_poses, track_probe
+
+# With fewer frames chance could do it.
+FEWEST_FRAMES = 8
+# Parts of the board's motion (standard deviation): so far the streams must disagree, by their root
+# mean square and in each of some frames, and so well agree when each is sorted by what it shows.
+# Noise of the depth as large as the motion itself makes 0.41 when sorted.
+DISAGREE, DISAGREE_EACH, AGREE_SORTED = 1.0, 0.5, 0.2
+FEWEST_OFF = 3
+# Less is noise [mm, px].
+LEAST = 1.0
+# A depth camera's error, its calibration's and the corners' are some per cent together; a stereo
+# head's are those of its baseline and focal length.
+LARGEST_SCALE = {"stereo": 1.02, "depth": 1.08, "structured_light": 1.08}
+# Rows of a rectified pair are alike to parts of a pixel.
+LARGEST_ROWS_PX = 1.5
+# Of the outer squares, how much does not count as board; pixels with depth on it.
+RIM, FEWEST_READINGS = 0.4, 20
+INWARD = np.array([[1], [-1]])
 
 
 def followed(
@@ -80,3 +108,145 @@ def board_followed(
     poses = poses.join(marker_columns(transforms))
     require_agreement(folder, sensor, marker, poses.set_index("frame").reindex(range(len(found))))
     return poses
+
+
+def disagreement(first: ArrayLike, second: ArrayLike) -> tuple[float, float] | None:
+    """Compare one motion as two streams show it.
+
+    Parameters
+    ----------
+    first, second : (n,) array
+        The same coordinate in each frame, but for a constant [mm or px].
+
+    Returns
+    -------
+    (float, float) or None
+        Root mean square of how far they are apart, as given and when both are sorted; None unless
+        it is the frames' order that is wrong, and nothing else.
+    """
+    one, other = (np.asarray(values, dtype=float) for values in (first, second))
+    if len(one) < FEWEST_FRAMES:
+        return None
+    one, other = one - one.mean(), other - other.mean()
+    moved, off = one.std(), other - one
+    given, resorted = float(off.std()), float((np.sort(other) - np.sort(one)).std())
+    each = np.sort(np.abs(off - np.median(off)))[-FEWEST_OFF]
+    disagree = given >= max(LEAST, DISAGREE * moved) and each >= DISAGREE_EACH * moved
+    return (given, resorted) if disagree and resorted <= AGREE_SORTED * moved else None
+
+
+def require_agreement(
+    folder: str | Path, sensor: Mapping, marker: Mapping, poses: pd.DataFrame
+) -> None:
+    """Reject a capture whose second stream shows the board elsewhere than its first.
+
+    Parameters
+    ----------
+    folder : path
+    sensor, marker : mapping
+        The sensor's file, and the block of the probe's.
+    poses : DataFrame
+        Of `palpate.vision.probe.track_probe`, of the first stream.
+
+    Raises
+    ------
+    ValueError
+        If a pair is not rectified, the board is nearer or farther by its corners, or the order of
+        the frames is another.
+    """
+    folder, (first, stream) = Path(folder), image_streams(sensor)
+    names, place = read_frames(folder)[stream], f"{folder / FRAMES}: {stream}"
+    seen = np.flatnonzero(poses["detected"] == 1)
+    paths, boards = [folder / names[k] for k in seen], marker_transforms(poses.iloc[seen])
+    is_pair = sensor["kind"] == "stereo"
+    found = np.array([*(_in_pairs if is_pair else _in_depths)(paths, boards, sensor, marker)])
+    if len(found) < FEWEST_FRAMES:
+        text = "%s: the board is not compared with that of %s: in %d frames, of %d at least"
+        logging.info(text, stream, first, len(found), FEWEST_FRAMES)
+        return
+    off_px = float(np.median(found[:, 1] - found[:, 0]))
+    if is_pair and abs(off_px) > LARGEST_ROWS_PX:
+        raise ValueError(
+            f"{place}: expected a rectified pair, with the board within {LARGEST_ROWS_PX:g} px of"
+            f" its row in the other picture, found it {off_px:+.1f} px off (palpate calibrate"
+            " camera says how to rectify)"
+        )
+    _require_scale(found[:, 2:], sensor, marker, stream)
+    order = disagreement(*found[:, :2].T)
+    if order is not None:
+        unit = "px" if is_pair else "mm"
+        raise ValueError(
+            f"{place}: expected the board where {first} shows it, frame by frame, found it"
+            f" {order[0]:.1f} {unit} off, {order[1]:.1f} {unit} in another order"
+        )
+
+
+def _require_scale(distances_m: NDArray, sensor: Mapping, marker: Mapping, stream: str) -> None:
+    """Compare the board's distance by its corners with that by the second stream, (n, 2) [m]."""
+    by_corners, by_stream = np.median(distances_m, axis=0)
+    scale = by_corners / by_stream
+    largest = LARGEST_SCALE[sensor["kind"]]
+    if 1 / largest <= scale <= largest:
+        return
+    side, things = ("square_m", "squares") if "square_m" in marker else ("tag_m", "tags")
+    color, side_m = sensor["color"], marker[side]
+    raise ValueError(
+        f"marker.{side}: expected the board {by_stream:.3f} m away, where {stream} shows it,"
+        f" found it at {by_corners:.3f} m by its corners ({things} of {side_m / scale:.3g} m"
+        f" for {side_m:g}? images of another size than {color['width_px']} x {color['height_px']}"
+        f" px with fx_px {color['fx_px']:g}? another count of depth than the sensor's encoding"
+        " says?)"
+    )
+
+
+def _in_pairs(
+    paths: Sequence[Path], boards: NDArray, sensor: Mapping, marker: Mapping
+) -> Iterator[tuple]:
+    """Mean row of the board in both rectified images [px], and its distance by both [m]."""
+    camera, printed = camera_from_spec(sensor["color"]), board_of(marker)
+    for path, board in zip(paths, boards, strict=True):
+        right = printed.find(grey(read_image(path, sensor["color"]["encoding"])))
+        if right is None:
+            continue
+        seen = np.isfinite(right[:, 0])
+        right, places_m = right[seen], printed.points_m[seen] @ board[:3, :3].T + board[:3, 3]
+        left = camera.project(places_m)
+        disparity = float((left - right)[:, 0].mean())
+        away_m = camera.fx_px * sensor["stereo"]["baseline_m"] / max(disparity, 1e-3)
+        yield left[:, 1].mean(), right[:, 1].mean(), places_m[:, 2].mean(), away_m
+
+
+def _in_depths(
+    paths: Sequence[Path], boards: NDArray, sensor: Mapping, marker: Mapping
+) -> Iterator[tuple]:
+    """Distance of the board by its corners and by the depth images [mm, mm, m, m].
+
+    Both are taken where the board is in all depth images, as the corners say, so that an image
+    says the same whichever corners it is compared with.
+    """
+    camera, spec = camera_from_spec(sensor["depth"]), sensor["depth"]
+    boards = np.linalg.inv(np.array(spec["color_from_depth"])) @ boards
+    places_px = _always_board(boards, camera, marker)
+    if len(places_px) < FEWEST_READINGS:
+        return
+    rays, normals = camera.rays(places_px), boards[:, :3, 2]
+    planes_m = np.einsum("fi,fi->f", normals, boards[:, :3, 3])[:, None] / (normals @ rays.T)
+    usual_m, (nearest_m, farthest_m) = planes_m.mean(axis=0), sensor["range_m"]
+    for path, plane_m in zip(paths, planes_m, strict=True):
+        seen_m = depth_of(read_image(path, spec["encoding"]), spec)[tuple(places_px.T[::-1])]
+        seen_m = np.where((seen_m >= nearest_m) & (seen_m <= farthest_m), seen_m, np.nan)
+        if np.isfinite(seen_m).sum() >= FEWEST_READINGS:
+            off = (plane_m - usual_m).mean(), np.nanmedian(seen_m - usual_m)
+            yield *np.multiply(off, MILLIMETRES), plane_m.mean(), np.nanmedian(seen_m)
+
+
+def _always_board(boards: NDArray, camera: PinholeCamera, marker: Mapping) -> NDArray:
+    """Pixels of the depth image that show the board in all frames, (n, 2)."""
+    printed = board_of(marker)
+    (left, top), (right, bottom) = printed.outline_m + RIM * printed.unit_m * INWARD
+    outer_m = np.array([[left, top, 0], [right, top, 0], [right, bottom, 0], [left, bottom, 0]])
+    shown = np.ones((camera.height_px, camera.width_px), np.uint8)
+    for board in boards:
+        pixels = camera.project(outer_m @ board[:3, :3].T + board[:3, 3])
+        shown &= cv2.fillConvexPoly(np.zeros_like(shown), np.rint(pixels).astype(np.int32), 1)
+    return np.argwhere(shown)[:, ::-1]

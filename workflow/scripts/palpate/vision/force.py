@@ -19,8 +19,8 @@ MOVED_N, SURE = 0.05, 5.0
 # So much of the record is the first frame's load [s].
 FIRST_S = 0.05
 SATURATION = 0.999
-# No hand presses harder; a record in millinewtons does.
-STRONGEST_HAND_N = 500.0
+# No operator presses harder; a record in millinewtons does.
+STRONGEST_N = 500.0
 # A live gauge's noise crosses a step of the converter long before this time is over.
 STILL_S = 1.0
 WRENCH = list(WRENCH_COLUMNS)
@@ -69,7 +69,7 @@ def zeroed(
 ) -> ForceRecord:
     """A record with the unloaded reading taken out.
 
-    What hangs on the sensor weighs on it by the probe's pose: an offset from before all frames may
+    The payload weighs on it by the probe's pose: an offset from before all frames may
     be that of a probe that lay on the table.
 
     Parameters

@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.capture.images import grey
 from palpate.frames import Film, write_film
 from palpate.units import FROM_MEDIAN
 from palpate.vision.background import SMALLEST, BackgroundModel, alpha_weight
 from palpate.vision.options import Background
-from palpate.vision.stillness import camera_shift
 
 MOST_FOREGROUND = 0.8
 # Diameters of the morphological opening and closing of a mask [px].
@@ -25,6 +25,14 @@ SURE, MEDIAN_BY_MEAN = 3.0, float(np.sqrt(np.pi / 2))
 PIECE_PX = 8_192
 # Pixels within this of a mask's edge may show both sides; so much of the foreground counts as it.
 RIM_PX, MIXED = 3, 0.5
+# Smaller in a small picture, and a power of two: others are padded, and shifts half a pixel off.
+TILE_PX = 128
+# A tile speaks when it is mostly background and its correlation has one clear peak.
+MOST_COVERED = 0.5
+LEAST_RESPONSE = 0.25
+# With less contrast, in parts of the camera's noise, a still picture is off by half a pixel.
+LEAST_CONTRAST = 4.0
+FEWEST_TILES = 4
 
 
 class Classifier:
@@ -189,7 +197,7 @@ def _unpacked(packed: NDArray, shape: NDArray) -> NDArray:
 def _require_still(shifts_px: Sequence[NDArray], largest_px: float, *, at_end: bool) -> None:
     """Hold the last frames' median to the limit: a bump stays, noise and a stand's shake do not.
 
-    A camera that shakes cannot be held to less than the median of so many frames tells.
+    A camera that shakes is compared with no less than the median of so many frames resolves.
     """
     last = np.array(shifts_px[-STAYS:])
     if np.isnan(last).all() or (len(last) < STAYS and not at_end):
@@ -204,7 +212,7 @@ def _require_still(shifts_px: Sequence[NDArray], largest_px: float, *, at_end: b
         off = np.linalg.norm(last, axis=2).max(axis=1) > limit_px
         frame = len(shifts_px) - len(last) + int(np.argmax(off))
         raise ValueError(
-            f"camera: expected where it filmed the background (within {limit_px:.2g} px),"
+            f"camera: expected where it recorded the background (within {limit_px:.2g} px),"
             f" found it moved by {moved_px:.1f} px from frame {frame} on"
         )
 
@@ -218,3 +226,48 @@ def _without_small(mask: NDArray, smallest_px: int) -> NDArray:
     keep = stats[:, cv2.CC_STAT_AREA] >= smallest_px
     keep[0] = False
     return keep.astype(np.uint8)[labels]
+
+
+def camera_shift(
+    mean: NDArray, std: NDArray, image: NDArray, foreground: NDArray
+) -> NDArray | None:
+    """How far the background lies from where the model has it, at the ends of where that is seen.
+
+    The tiles' shifts, by phase correlation, are those of one shift, roll and scale of the picture;
+    up to half of them may be wrong.
+
+    Parameters
+    ----------
+    mean, std : (h, w, c) arrays
+        Expected colour of the background, and its deviation [grey levels].
+    image : (h, w, 3) or (h, w) uint8 array
+    foreground : (h, w) bool array
+        The image's mask; tiles that it covers say nothing.
+
+    Returns
+    -------
+    (4, 2) array or None
+        Shifts at the corners of the region whose tiles speak [px]; None when too few have texture
+        to tell.
+    """
+    before, noise, now = (grey(np.float32(np.squeeze(part))) for part in (mean, std, image))
+    side = min(TILE_PX, 2 ** int(np.log2(min(before.shape) / 2)))
+    window = cv2.createHanningWindow((side, side), cv2.CV_32F)
+    centres, shifts = [], []
+    for y, x in np.ndindex(before.shape[0] // side, before.shape[1] // side):
+        tile = np.s_[y * side : (y + 1) * side, x * side : (x + 1) * side]
+        pair = [picture[tile] - picture[tile].mean() for picture in (before, now)]
+        contrast = min(map(np.std, pair)) / noise[tile].mean()
+        if foreground[tile].mean() > MOST_COVERED or contrast < LEAST_CONTRAST:
+            continue
+        shift, response = cv2.phaseCorrelate(*pair, window)
+        if response >= LEAST_RESPONSE:
+            centres.append([(x + 0.5) * side, (y + 0.5) * side])
+            shifts.append(shift)
+    if len(shifts) < FEWEST_TILES:
+        return None
+    places = np.array(centres)
+    motion, _ = cv2.estimateAffinePartial2D(places, places + shifts, method=cv2.LMEDS)
+    (left, top), (right, bottom) = places.min(axis=0), places.max(axis=0)
+    corners = np.array([[left, top], [right, top], [left, bottom], [right, bottom]])
+    return corners @ motion[:, :2].T + motion[:, 2] - corners

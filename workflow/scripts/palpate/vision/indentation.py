@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from palpate.units import GRAVITY_M_S2
 from palpate.vision.clock import USB_CLOCK_STD_S, ClockOffset, clock_offset
-from palpate.vision.force import FORCE, STRONGEST_HAND_N, WRENCH, ForceRecord, zeroed
+from palpate.vision.force import FORCE, STRONGEST_N, WRENCH, ForceRecord, zeroed
 from palpate.vision.options import Force
 from palpate.vision.probe import ALONG_STD, AXIS, TIP, marker_transforms
 
@@ -100,7 +100,7 @@ def frame_wrenches(
     poses : DataFrame
         Time [s] and pose of the marker at each frame, as probe_pose.csv has them.
     probe : mapping
-        The probe's file; its ``load`` block says what hangs on the sensor.
+        The probe's file; its ``load`` block states the sensor's payload.
     options : Force
         By whose ``matching`` the averaged reading nearest in time is taken, as the study does, or
         a line through all samples around the frame, which leaves less noise.
@@ -143,7 +143,7 @@ def frame_wrenches(
 
 
 def check_indentation(table: pd.DataFrame, axis: NDArray, radius_m: float) -> None:
-    """Reject a wrench that no hand exerts through a sphere, at its peak.
+    """Reject a wrench that no operator exerts through a sphere, at its peak.
 
     Pressure and friction act on the sphere's surface: about its centre their torque is at most the
     radius times the force, whatever they are.
@@ -166,9 +166,9 @@ def check_indentation(table: pd.DataFrame, axis: NDArray, radius_m: float) -> No
     force = table[FORCE].to_numpy(float)
     size = np.linalg.norm(force, axis=1)
     peak = int(np.argmax(size))
-    if not size[peak] <= STRONGEST_HAND_N:
+    if not size[peak] <= STRONGEST_N:
         raise ValueError(
-            f"force.csv: expected at most {STRONGEST_HAND_N:g} N from a hand, found"
+            f"force.csv: expected at most {STRONGEST_N:g} N from an operator, found"
             f" {size[peak]:.4g} N (newtons, and the unit of the gauges' calibration?)"
         )
     if size[peak] < SMALLEST_PRESS_N:
@@ -190,7 +190,7 @@ def check_indentation(table: pd.DataFrame, axis: NDArray, radius_m: float) -> No
 
 
 def weight_wrenches(camera_from_force: NDArray, up: NDArray, load: Mapping) -> NDArray:
-    """Weight of what hangs on the sensor, about its origin, force frame, (n, 6) [N, Nm].
+    """Weight of the sensor's payload, about its origin, force frame, (n, 6) [N, Nm].
 
     Parameters
     ----------

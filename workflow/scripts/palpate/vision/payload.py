@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from scipy.special import fdtrc
 
 from palpate.units import GRAVITY_M_S2, MILLIMETRES, MILLINEWTONS, PERCENT
-from palpate.vision.force import STRONGEST_HAND_N
+from palpate.vision.force import STRONGEST_N
 from palpate.vision.pivot import largest_std
 from palpate.vision.static_poses import StaticPoses
 
@@ -121,7 +121,7 @@ class Payload:
         worst = int(np.argmax(np.abs(apart)))
         if abs(apart[worst]) > max(GAIN, SURE * std[worst]):
             yield (
-                f"doubtful: f{'xyz'[worst]} reads {PERCENT * apart[worst]:+.2g} % of the weight"
+                f"warning: f{'xyz'[worst]} reads {PERCENT * apart[worst]:+.2g} % of the weight"
                 " against the other forces: its scale, or that of its amplifier?"
             )
 
@@ -330,18 +330,18 @@ def _check_turn(down: NDArray) -> None:
 
 def _check(weight_n: float, centre_m: NDArray, off: NDArray, wrench: NDArray) -> None:
     left, away_m = float(_noise(off)[0]), float(np.linalg.norm(centre_m))
-    if np.abs(wrench[:, :3]).max() > STRONGEST_HAND_N:
+    if np.abs(wrench[:, :3]).max() > STRONGEST_N:
         raise ValueError(
             f"force: expected the weight of a load in newtons, found {weight_n:.3g} (its unit?)"
         )
-    told = weight_n > 0 and weight_n >= SURE * left / np.sqrt(len(off))
-    if left > LARGEST_MISFIT * weight_n and (told or left > UNEXPLAINED_N):
+    determined = weight_n > 0 and weight_n >= SURE * left / np.sqrt(len(off))
+    if left > LARGEST_MISFIT * weight_n and (determined or left > UNEXPLAINED_N):
         raise ValueError(
             f"force: expected the weight of one load at rest, found {_mn(left)} of {_mn(weight_n)}"
             " mN not explained (sign or order of a channel, the vertical turned round, something"
             " that touches the probe?)"
         )
-    if not told:
+    if not determined:
         raise ValueError(
             f"force: expected the weight of a load, found {_mn(weight_n)} mN where readings are off"
             f" by {_mn(left)} mN"

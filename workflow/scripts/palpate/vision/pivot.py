@@ -15,13 +15,13 @@ from palpate.vision.pose import by_turn, pose_by_optics
 
 # Two poses determine the tip of a handle that turns freely; noise and slides need more.
 FEWEST_POSES = 10
-# Root mean square by which a direction of the target must turn: a handle that leans by 30 degrees
+# Root mean square by which a direction of the target must turn: a handle that tilts by 30 degrees
 # to all sides has 20, and noise of half a degree passes for one of 5.
 LEAST_TURN_DEG = 5.0
-WANTED_LEAN_DEG = 30
+WANTED_TILT_DEG = 30
 # Huber's loss leaves the parabola at so many medians of the residuals' lengths; a frame beyond
 # so many is left out. A target that is seen square on has its turn several times worse than one
-# that leans: poses that are right lie up to five medians off.
+# that tilts: poses that are right lie up to five medians off.
 BENT_FROM, OUT_FROM = 1.5, 6.0
 MOST_ROUNDS = 100
 SETTLED_M = 1e-9
@@ -44,7 +44,7 @@ FOCAL, CENTRE, BENT = [0, 1], [2, 3], [4, 6, 7]
 OPTICS = 9
 # Standard deviation up to which a tip is determined: what a Kinect's 200 frames give.
 LARGEST_STD_M = 0.0002
-# As far as an operator leans a probe whose target is still seen, root mean square; and the longest
+# As far as an operator tilts a probe whose target is still seen, root mean square; and the longest
 # recording that anyone makes.
 FARTHEST_DEG, MOST_FRAMES = 25.0, 1000
 
@@ -107,12 +107,12 @@ class Pivot:
             return f"tip: not {how}: {only}: calibrate the camera"
         # A deviation goes down with the turn, and with the square root of the number of frames.
         factor = np.sqrt((std_m**2 - optics_m**2) / (LARGEST_STD_M**2 - optics_m**2))
-        lean = min(factor, max(1, FARTHEST_DEG / self.turn_deg[0]))
-        frames = ceil(self.kept.sum() * (factor / lean) ** 2)
+        tilt = min(factor, max(1, FARTHEST_DEG / self.turn_deg[0]))
+        frames = ceil(self.kept.sum() * (factor / tilt) ** 2)
         if frames > MOST_FRAMES:
             todo = f"{MOST_FRAMES} frames would not determine it: bring the board nearer"
             return f"tip: not {how}: {todo}"
-        todo = f"lean it {lean:.1f} times as far" if lean > 1.05 else "lean it as far"
+        todo = f"tilt it {tilt:.1f} times as far" if tilt > 1.05 else "tilt it as far"
         return f"tip: not {how}: {todo}, in {frames} frames"
 
     def left_out(self, names: Sequence[str]) -> dict[str, float]:
@@ -294,7 +294,7 @@ def _turns(rotations: NDArray) -> tuple[NDArray, NDArray]:
 
 
 def _alike(off: NDArray) -> float:
-    """How many neighbouring frames err as one: of a camera that errs as the target leans, many."""
+    """How many neighbouring frames err as one: of a camera that errs as the target tilts, many."""
     count, square = len(off), max((off**2).mean(), SETTLED_M**2)
     total = 1.0
     for lag in range(1, count // 3):
@@ -320,7 +320,7 @@ def _check_turn(rotations: NDArray) -> None:
         )
     raise ValueError(
         f"poses: expected the handle to turn by {LEAST_TURN_DEG:g} degrees or more, found {found};"
-        f" lean it by {WANTED_LEAN_DEG} degrees to all sides"
+        f" tilt it by {WANTED_TILT_DEG} degrees to all sides"
     )
 
 

@@ -16,9 +16,9 @@ RANSAC_ITERATIONS = 200
 FEWEST_INLIERS = 6
 # What sub-pixel corners of a printed board are off, at least [px].
 CORNER_NOISE_PX = 0.05
-# How far a hand turns the probe from one frame to the next; the two solutions of a planar board
-# lie several times farther apart.
-HAND_TURN_RAD = np.deg2rad(5.0)
+# How far an operator turns the probe from one frame to the next; the two solutions of a planar
+# target lie several times farther apart.
+OPERATOR_TURN_RAD = np.deg2rad(5.0)
 # A step costs no more than this, however far it turns: past it no solution is likelier.
 DEAREST_STEP = 100.0
 # A threshold may be selected when it leaves a pose in at least this part of the frames.
@@ -104,8 +104,8 @@ def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None
     """Choose among the candidates of all frames those that fit best and turn least.
 
     The cheapest path through the frames (Viterbi): a candidate costs its misfit in units of the
-    best fits' error, a step from frame to frame the square of its turn in units of a hand's in the
-    frames between, up to a limit.
+    best fits' error, a step from frame to frame the square of its turn in units of an operator's in
+    the frames between, up to a limit.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def _turn_costs(before: Sequence[MarkerPose], after: Sequence[MarkerPose]) -> ND
         np.stack([pose.camera_from_marker[:3, :3] for pose in poses]) for poses in (before, after)
     )
     cosine = (np.einsum("aij,bij->ab", first, second) - 1) / 2
-    return (np.arccos(np.clip(cosine, -1, 1)) / HAND_TURN_RAD) ** 2
+    return (np.arccos(np.clip(cosine, -1, 1)) / OPERATOR_TURN_RAD) ** 2
 
 
 def point_covariance(camera_from_marker: NDArray, covariance: NDArray, point_m: NDArray) -> NDArray:
@@ -233,7 +233,7 @@ def averages(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def select_threshold(table: pd.DataFrame) -> float:
-    """Reprojection threshold with the least deviation of the board's angle (Figure 4.16) [px].
+    """Reprojection threshold with the least deviation of the target's angle (Figure 4.16) [px].
 
     Of the thresholds that leave a pose in nearly all frames the one with the smallest mean
     deviation; among those within 2 % of it the smallest.

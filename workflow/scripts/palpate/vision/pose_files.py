@@ -52,7 +52,7 @@ def read_poses(source: Path, unit: str = "m") -> tuple[list[str], NDArray, list[
 def _matrices(folder: Path, unit: str) -> tuple[list[str], NDArray]:
     paths, poses = sorted(folder.glob("*.txt")), []
     if not paths:
-        expected = "files *.txt of 4 x 4 numbers, or a film's frames.csv"
+        expected = "files *.txt of 4 x 4 numbers, or a recording's frames.csv"
         raise ValueError(f"{folder}: poses: expected {expected}, found none")
     for path in paths:
         try:

@@ -8,7 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from palpate.capture.images import demosaic
+from palpate.capture.images import demosaic, grey
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.kalman import filter_tip
@@ -16,7 +16,6 @@ from palpate.vision.marker import CornerFollower, board_of
 from palpate.vision.options import ProbePose
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import MarkerPose, candidate_poses, point_covariance, settle
-from palpate.vision.windows import grey
 
 QUATERNION = ["marker_qx", "marker_qy", "marker_qz", "marker_qw"]
 MARKER = ["marker_x_m", "marker_y_m", "marker_z_m"]
@@ -168,7 +167,7 @@ def marker_columns(transforms: NDArray) -> pd.DataFrame:
 def check_steepness(
     poses: pd.DataFrame, probe: Mapping, up: NDArray, point: Mapping, support: Mapping
 ) -> None:
-    """Reject a probe that comes from far beside the declared direction, as steepness tells.
+    """Reject a probe that comes from far beside the declared direction, by its steepness.
 
     Parameters
     ----------

@@ -4,9 +4,9 @@ from collections.abc import Collection, Mapping
 from itertools import product
 from pathlib import Path
 
-from palpate.capture.devices import PARTS
 from palpate.capture.discover import folders
 from palpate.capture.experiments import check_experiment
+from palpate.config.probe import PARTS
 from palpate.workflow.lab_captures import says_simulated
 
 LONGEST_PATH = 1000
@@ -106,9 +106,9 @@ def missing_films(
         sensor, probe = key[1], used[key]
         if (field := part.asking(probe)) is None:
             continue
-        folder = Path(paths["raw"]) / "sensors" / sensor / part.film
+        folder = Path(paths["raw"]) / "sensors" / sensor / part.recording
         place = f"{Path(paths['probes']) / probe['probe']}.yaml"
-        if sensor not in recorded_by(lab, part.film) and not folder.is_dir():
+        if sensor not in recorded_by(lab, part.recording) and not folder.is_dir():
             expected = f"a recording of {part.shows} in {folder}"
             lines.append(f"{place}: {field}: expected {expected}, found none")
         elif filmed != probe["probe"]:

@@ -7,8 +7,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from palpate.capture.devices import PARTS, asked
 from palpate.capture.discover import CaptureId, folder_fingerprint
+from palpate.config.probe import PARTS, asked
 from palpate.solid.options import first_images
 from palpate.workflow.lab_captures import says_simulated
 from palpate.workflow.places import refuse
@@ -175,8 +175,8 @@ class Run:
         part = next(one for one in PARTS if one.name == name)
 
         def film(wildcards: Any) -> str:
-            folder = self.raw(f"sensors/{wildcards.sensor}/{part.film}")
-            if wildcards.sensor not in self.sensors_of(part.film):
+            folder = self.raw(f"sensors/{wildcards.sensor}/{part.recording}")
+            if wildcards.sensor not in self.sensors_of(part.recording):
                 refuse(
                     ValueError(
                         f"{folder}: folder: expected a recording of {part.shows}, found none"

@@ -8,7 +8,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from palpate.capture.devices import PARTS
 from palpate.capture.discover import (
     NOT_OBJECTS,
     discover,
@@ -16,6 +15,7 @@ from palpate.capture.discover import (
     folders,
     sensor_folders,
 )
+from palpate.config.probe import PARTS
 from palpate.workflow.digest import ROOT, code
 from palpate.workflow.run import Described, Run
 from palpate.yaml_files import load_yaml
@@ -106,7 +106,7 @@ def value_digest(value: Any) -> str:
 def kept_files(name: str, sensors: Mapping, probe: Mapping, paths: Mapping) -> dict[str, str]:
     """Fingerprints of what stands outside an object's folder and its results depend on."""
     # A recording of a probe counts where the probe's file asks for what it shows.
-    films = [part.film for part in PARTS if part.asking(probe)]
+    films = [part.recording for part in PARTS if part.asking(probe)]
     prints = {}
     for sensor, spec in sensors.items():
         optics = ["calibration"] * ((spec or {}).get("optics") == "calibration")

@@ -1,1 +1,1 @@
-"""Figure 1.1: the way from a capture to its parameters."""
+"""Figure 1.1: from a capture to its parameters."""

@@ -1,4 +1,4 @@
-"""The way from a capture to its moduli, found by asking the workflow's rules."""
+"""The path from a capture to its moduli, found by asking the workflow's rules."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -12,11 +12,11 @@ from thesis.run import StudyRun
 STAGES = {"hertz": "hertz", "minimise": "elasticity"}
 
 
-def way_to_moduli(run: StudyRun, rules: Iterable[Any]) -> list[dict]:
+def path_to_moduli(run: StudyRun, rules: Iterable[Any]) -> list[dict]:
     """Rules from the recordings to (E, nu), each with what it reads of which other.
 
-    The way is walked back from the results of the first minimised capture of each object by each
-    sensor: a new rule on the way comes by itself.
+    The path is walked back from the results of the first minimised capture of each object by each
+    sensor: a new rule on it comes by itself.
 
     Parameters
     ----------

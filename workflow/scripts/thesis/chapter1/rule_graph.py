@@ -1,4 +1,4 @@
-"""Figure 1.1: the way from a capture to its parameters, by the workflow's rules."""
+"""Figure 1.1: the path from a capture to its parameters, by the workflow's rules."""
 
 from collections.abc import Mapping, Sequence
 from textwrap import fill
@@ -45,11 +45,11 @@ NAME_PT, FILE_PT = 7.5, 6.0
 LINE, LONG_NAME = 17, 13
 CENTRED = {"ha": "center", "va": "center", "zorder": 4}
 NOTE = "box: recordings that a rule reads (grey), its name, its files that others read\n"
-NOTE += "arrow: who reads them; left out where a longer way leads there too"
+NOTE += "arrow: who reads them; left out where a longer path leads there too"
 
 
 def direct_edges(reads: Mapping[str, set[str]]) -> set[tuple[str, str]]:
-    """Edges (from, to) between which no longer way leads (transitive reduction)."""
+    """Edges (from, to) between which no longer path leads (transitive reduction)."""
 
     def before(name: str) -> set[str]:
         return reads[name] | {far for near in reads[name] for far in before(near)}
@@ -62,25 +62,13 @@ def direct_edges(reads: Mapping[str, set[str]]) -> set[tuple[str, str]]:
     }
 
 
-def figure_1_1(rules: Sequence[Mapping]) -> Figure:
+def figure_1_1(inputs: Any, params: Any) -> Figure:
     """Overview of the workflow from a capture to its parameters (Fig. 1.1).
 
-    Parameters
-    ----------
-    rules : sequence of mapping
-        ``rule``, ``stage``, ``recorded`` (list), ``reads`` (rule to list of files) and ``wanted``
-        (list of its files that nobody reads) of each rule.
-
-    Raises
-    ------
-    ValueError
-        If there is none, or one reads what none of them writes.
+    Its rules are those of `path_to_moduli`.
     """
+    rules = params.rules
     reads = {rule["rule"]: set(rule["reads"]) for rule in rules}
-    if unknown := set().union(*reads.values()) - set(reads):
-        raise ValueError(f"rules: expected known rules, found {min(unknown)}")
-    if not rules:
-        raise ValueError("rules: expected at least one, found none")
     figure = plt.figure(figsize=(PAGE_IN, ROW_IN * (DEPTH + 1.6)))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(-0.06, WIDTH + 0.06), ylim=(DEPTH + 1.08, -0.52))
@@ -121,8 +109,8 @@ def _arrow(axes: Axes, start: tuple, stop: tuple, *, half: float = BOX_HEIGHT / 
         near, far = (start[0] + side * BOX_WIDTH / 2 for side in (1, 1.075))
         line = [(near, start[1]), (far, start[1]), (far, stop[1]), (near, stop[1])]
     else:
-        lean = 0.22 * np.tanh(stop[0] - start[0])
-        line = [(start[0] + lean, start[1] + BOX_HEIGHT / 2), (stop[0] - lean, stop[1] - half)]
+        aside = 0.22 * np.tanh(stop[0] - start[0])
+        line = [(start[0] + aside, start[1] + BOX_HEIGHT / 2), (stop[0] - aside, stop[1] - half)]
     look = ARROW | {"arrowstyle": "-|>,head_width=1.4,head_length=3", "mutation_scale": 1}
     axes.add_patch(FancyArrowPatch(path=Path(line), zorder=2, **look))
 
@@ -143,8 +131,3 @@ def _box(axes: Axes, rule: Mapping, writes: Sequence[str], place: tuple) -> None
         longest = max(map(len, text.split("\n")))
         look = {"fontsize": size * min(1, LINE / max(longest, 1)), "color": ink, "weight": weight}
         axes.text(place[0], place[1] + down, text, linespacing=1.0, **CENTRED | look)
-
-
-def make_figure_1_1(inputs: Any, params: Any) -> Figure:
-    """The figure from the rules of the workflow."""
-    return figure_1_1(params.rules)

@@ -1,7 +1,5 @@
 """Figure 3.3: where the force acts on the meshes."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -17,129 +15,82 @@ from palpate.open3d_core import ClosestPoints
 from palpate.report.panels import named
 from palpate.report.style import BLACK, GREEN, GREY, ORANGE, PAGE_IN, label_provenance
 from palpate.solid.load import contact_triangle
-from palpate.solid.mesh import read_solid, refine_near
-from palpate.surface.tracked import load_tracked
+from palpate.solid.mesh import SolidMesh, read_solid, refine_near
+from palpate.surface.tracked import Tracked, load_tracked
 from palpate.units import MILLIMETRES
 
+from thesis.diagrams import DASHED, provenances, tangents
 from thesis.minimise.options import Solid
 
 REACH_MM = 16
 PLACE = "#F4F4F4"
 
 
-@dataclass(frozen=True)
-class ContactView:
-    """A mesh at the contact, object frame.
-
-    Attributes
-    ----------
-    title : str
-    vertices_m : (n, 3) array
-        [m].
-    triangles : (m, 3) int array
-        Of the surface, outward.
-    contact : (3,) int array
-        Vertices of the contact triangle.
-    """
-
-    title: str
-    vertices_m: NDArray
-    triangles: NDArray
-    contact: NDArray
-
-
-def figure_3_3(
-    views: Sequence[ContactView],
-    point_m: NDArray,
-    *,
-    radius_m: float,
-    depth_m: float,
-    provenance: str,
-) -> Figure:
+def figure_3_3(inputs: Any, params: Any) -> Figure:
     """Contact triangle, the triangles around it and the indenter's contact circle (Fig. 3.3).
 
-    Parameters
-    ----------
-    views : sequence of ContactView
-        One panel each.
-    point_m : (3,) array
-        Contact point, object frame [m].
-    radius_m, depth_m : float
-        Radius of the sphere, and depth, whose contact area is pi R d (Eq. 3.27) [m].
-    provenance : str
+    Of the template that is tracked and of the solid that is loaded; the contact area is pi R d
+    (Eq. 3.27).
     """
+    fit, tracked = read_one(inputs.fit), load_tracked(inputs.tracked)
+    point_m, radius_m = tracked.contact_point_m, fit["radius_m"]
+    depth_m = fit["samples"]["depth_m"][fit["range"]["last_frame"]]
+    views = _views(read_solid(inputs.solid), tracked, Solid.read(params.solid), radius_m)
     figure, axes = plt.subplots(1, len(views), figsize=(PAGE_IN, 4.1), squeeze=False)
     circle = min(np.sqrt(radius_m * max(depth_m, 0)), radius_m) * MILLIMETRES
-    for panel, view in zip(axes[0], views, strict=True):
-        _panel(panel, view, point_m, circle)
+    for panel, (title, *mesh), letter in zip(axes[0], views, "ab", strict=True):
+        _panel(panel, *mesh, point_m, circle)
+        named(panel, letter, title)
     axes[0, 0].set_ylabel("Width (mm)")
     marks = [
         Patch(fc=ORANGE, ec=BLACK, lw=0.4, label="contact triangle"),
         Patch(fc=GREEN, alpha=0.55, ec=BLACK, lw=0.4, label="contact area: triangles around it"),
-        Line2D([], [], color=ORANGE, ls=(0, (4, 2)), lw=1.2,
+        Line2D([], [], color=ORANGE, ls=DASHED, lw=1.2,
                label=f"indenter's contact, radius {circle:.1f} mm at {depth_m * 1e3:.1f} mm depth"),
     ]  # fmt: skip
-    for panel, view, letter in zip(axes[0], views, "abcd", strict=False):
-        named(panel, letter, view.title)
     figure.tight_layout(rect=(0, 0.1, 1, 1))
     figure.legend(handles=marks, loc="lower center", ncol=3, bbox_to_anchor=(0.5, 0.03))
-    label_provenance(figure, {provenance})
+    label_provenance(figure, provenances(params))
     return figure
 
 
-def _panel(axes: Axes, view: ContactView, point: NDArray, circle: float) -> None:
+def _views(
+    solid: SolidMesh, tracked: Tracked, fineness: Solid, radius_m: float
+) -> list[tuple[str, NDArray, NDArray, NDArray]]:
+    """Title, vertices (n, 3) [m], triangles and contact triangle of both meshes."""
+    point, template = tracked.contact_point_m, (tracked.template_m, tracked.faces)
+    _, nearest, _ = ClosestPoints(*template)(point[None])
+    near = {"radius_m": fineness.refine_radius_m, "edge_m": fineness.refine_edge_m}
+    mesh = refine_near(solid, point, **near)
+    loaded = np.asarray(contact_triangle(mesh, point, largest_distance_m=radius_m))
+    return [
+        ("Template (tracking)", *template, tracked.faces[nearest[0]]),
+        ("Solid (estimate)", mesh.nodes_m, mesh.surface_triangles(), loaded),
+    ]
+
+
+def _panel(
+    axes: Axes,
+    vertices_m: NDArray,
+    triangles: NDArray,
+    contact: NDArray,
+    point: NDArray,
+    circle: float,
+) -> None:
     """The surface as seen along the contact triangle's normal."""
-    across = _plane(view)
-    flat = (view.vertices_m - point) @ across.T * MILLIMETRES
-    corners = view.vertices_m[view.triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    seen = view.triangles[normals @ np.cross(*across) > 0]
-    shared = np.isin(seen, view.contact).sum(axis=1)
+    normals = np.cross(*np.diff(vertices_m[triangles], axis=1).swapaxes(0, 1))
+    a, b, c = vertices_m[contact]
+    across = tangents(np.cross(b - a, c - a))
+    flat = (vertices_m - point) @ across.T * MILLIMETRES
+    seen = triangles[normals @ np.cross(*across) > 0]
+    shared = np.isin(seen, contact).sum(axis=1)
     for chosen, look in (
         (shared == 0, {"fc": PLACE, "ec": GREY, "lw": 0.4}),
         ((shared > 0) & (shared < 3), {"fc": GREEN, "alpha": 0.55, "ec": BLACK, "lw": 0.5}),
         (shared == 3, {"fc": ORANGE, "ec": BLACK, "lw": 0.6}),
     ):
         axes.add_collection(PolyCollection(flat[seen[chosen]], **look))
-    axes.add_patch(Circle((0, 0), circle, fill=False, ec=ORANGE, ls=(0, (4, 2)), lw=1.2, zorder=5))
+    axes.add_patch(Circle((0, 0), circle, fill=False, ec=ORANGE, ls=DASHED, lw=1.2, zorder=5))
     axes.plot(0, 0, "+", color=BLACK, ms=6, mew=0.9, zorder=6)
     axes.set(xlim=(-REACH_MM, REACH_MM), ylim=(-REACH_MM, REACH_MM), xlabel="Length (mm)")
     axes.set_aspect("equal")
-
-
-def _plane(view: ContactView) -> NDArray:
-    """Two unit vectors in the contact triangle's plane, the first as near x as can be."""
-    a, b, c = view.vertices_m[view.contact]
-    normal = np.cross(b - a, c - a)
-    normal /= np.linalg.norm(normal)
-    axis = np.eye(3)[0 if abs(normal[0]) < 0.9 else 1]
-    first = axis - (axis @ normal) * normal
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(normal, first)])
-
-
-def make_figure_3_3(inputs: Any, params: Any) -> Figure:
-    """The template that is tracked and the solid that is loaded, at the contact."""
-    fit, tracked = read_one(inputs.fit), load_tracked(inputs.tracked)
-    point, radius = tracked.contact_point_m, fit["radius_m"]
-    _, nearest, _ = ClosestPoints(tracked.template_m, tracked.faces)(point[None])
-    fineness = Solid.read(params.solid)
-    solid = refine_near(
-        read_solid(inputs.solid),
-        point,
-        radius_m=fineness.refine_radius_m,
-        edge_m=fineness.refine_edge_m,
-    )
-    loaded = contact_triangle(solid, point, largest_distance_m=radius)
-    template = tracked.template_m, tracked.faces, tracked.faces[nearest[0]]
-    views = [
-        ContactView("Template (tracking)", *template),
-        ContactView(
-            "Solid (estimate)", solid.nodes_m, solid.surface_triangles(), np.asarray(loaded)
-        ),
-    ]
-    depth = fit["samples"]["depth_m"][fit["range"]["last_frame"]]
-    (capture,) = params.captures
-    return figure_3_3(
-        views, point, radius_m=radius, depth_m=depth, provenance=capture["provenance"]
-    )

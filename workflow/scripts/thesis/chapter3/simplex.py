@@ -1,6 +1,6 @@
 """Figure 3.8: the moves of the Nelder-Mead simplex, in a real step of a minimisation."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +17,7 @@ from palpate.solid.support import Support
 from palpate.units import KILOPASCALS, MILLIMETRES
 from scipy.optimize import minimize
 
-from thesis.diagrams import write
+from thesis.diagrams import DASHED, write
 from thesis.minimise.objective import Objective
 from thesis.minimise.problem import pose_simulation
 from thesis.tracker.simulation import read_steps
@@ -125,29 +125,28 @@ def moves(simplex: NDArray) -> dict[str, NDArray]:
     }
 
 
-def figure_3_8(
-    field: ErrorField, path: list[NDArray], step: int, truth: Mapping[str, float] | None
-) -> Figure:
-    """Moves in one step, and the path of the simplex (Fig. 3.8).
+def figure_3_8(inputs: Any, params: Any) -> Figure:
+    """Moves in one step down the error of the last load step, and the simplex's path (Fig. 3.8)."""
+    cost = block_objective(inputs.steps)
 
-    Parameters
-    ----------
-    field : ErrorField
-    path : list of (3, 2) array
-        Simplexes in (lam, mu) [Pa], b, g, w of each.
-    step : int
-        Which simplex to show the moves of.
-    truth : mapping or None
-        ``lam_pa`` and ``mu_pa`` of the simulation, where they are known.
-    """
+    def of_lame(x: NDArray) -> float:
+        return cost(*engineering_from_lame(*x)) if min(x) > 0 else np.inf
+
+    path = simplexes(of_lame, FIRST_PA, STEPS)
+    field = error_field(
+        lambda ratio: cost.displacement(*engineering_from_lame(ratio, 1.0))[cost.surface],
+        cost.u[cost.surface],
+        RATIOS,
+        SHEAR_MODULI_PA,
+    )
     figure, (left, right) = plt.subplots(1, 2, figsize=(PAGE_IN, 3.4))
-    taken = _moves_panel(left, path[step], path[step + 1])
+    taken = _moves_panel(left, path[SHOWN], path[SHOWN + 1])
     for panel in (left, right):
         _contours(panel, field, coarse=panel is right)
         panel.set_xlabel("λ (kPa)")
     left.set_ylabel("μ (kPa)")
-    _path_panel(right, path, step, truth)
-    named(left, "a", f"Step {step + 1}: {taken}")
+    _path_panel(right, path)
+    named(left, "a", f"Step {SHOWN + 1}: {taken}")
     named(right, "b", f"First {len(path) - 1} steps")
     return finished(figure, {"simulated"})
 
@@ -178,7 +177,7 @@ def _moves_panel(axes: Axes, simplex: NDArray, following: NDArray) -> str:
     new[2] = points[letter]
     axes.add_patch(Polygon(corners, fc=BLUE, alpha=0.22, ec="none"))
     axes.add_patch(Polygon(corners, fc="none", ec=BLUE, lw=1.5))
-    axes.add_patch(Polygon(new, fc="none", ec=ORANGE, lw=1.3, ls=(0, (4, 2))))
+    axes.add_patch(Polygon(new, fc="none", ec=ORANGE, lw=1.3, ls=DASHED))
     axes.plot(*np.array([corners[2], points["e"]]).T, color=BLACK, lw=0.7, ls=":")
     shrunk = np.array([corners[0], points["s_g"], points["s_w"]])
     axes.add_patch(Polygon(shrunk, fc="none", ec=GREEN, lw=1.0, ls=(0, (1, 1))))
@@ -213,37 +212,15 @@ def _contours(axes: Axes, field: ErrorField, *, coarse: bool) -> None:
     axes.clabel(lines, levels[1::3], fmt="%.2g mm", fontsize=6.5)
 
 
-def _path_panel(axes: Axes, path: list[NDArray], step: int, truth: Mapping | None) -> None:
+def _path_panel(axes: Axes, path: list[NDArray]) -> None:
     for k, simplex in enumerate(path):
-        colour, width = (BLUE, 1.4) if k == step else (BLACK, 0.6)
+        colour, width = (BLUE, 1.4) if k == SHOWN else (BLACK, 0.6)
         corners = simplex * KILOPASCALS
         axes.add_patch(Polygon(corners, fc="none", ec=colour, lw=width, joinstyle="round"))
     every = np.concatenate(path) * KILOPASCALS
-    if truth:
-        place = np.array([truth["lam_pa"], truth["mu_pa"]]) * KILOPASCALS
-        axes.plot(*place, "*", ms=9, color=ORANGE, mec="white", mew=0.5, zorder=5)
-        write(axes, place, "truth", (1, 1), 7, color=ORANGE)
-        every = np.vstack([every, place])
     low, size = every.min(axis=0), np.ptp(every, axis=0)
     axes.set_xlim(low[0] - 0.08 * size[0], low[0] + 1.14 * size[0])
     axes.set_ylim(low[1] - 0.12 * size[1], low[1] + 1.12 * size[1])
-
-
-def make_figure_3_8(inputs: Any, params: Any) -> Figure:
-    """Figure 3.8 with the last load step's displacement as measured."""
-    cost = block_objective(inputs.steps)
-
-    def of_lame(x: NDArray) -> float:
-        return cost(*engineering_from_lame(*x)) if min(x) > 0 else np.inf
-
-    path = simplexes(of_lame, FIRST_PA, STEPS)
-    field = error_field(
-        lambda ratio: cost.displacement(*engineering_from_lame(ratio, 1.0))[cost.surface],
-        cost.u[cost.surface],
-        RATIOS,
-        SHEAR_MODULI_PA,
-    )
-    return figure_3_8(field, path, SHOWN, None)
 
 
 def block_objective(path: str) -> Objective:

@@ -64,8 +64,9 @@ def known_values(
     return lines
 
 
-def linear_traces(result: Mapping, lines: Sequence[KnownValue]) -> Figure:
-    """Lambda, mu and residual of the linear method against iteration, first start."""
+def linear_traces(inputs: Any, params: Any) -> Figure:
+    """Lambda, mu and residual of the linear method, first start (Fig. 3.5 and 3.7)."""
+    result, lines = read_one(inputs.result), _lines(inputs, params)
     figure, axes = _three("Residual (N)")
     trace = result["estimates"][0]["trace"]
     _draw(axes, trace, "residual_n", 1, color=BLUE, label="found")
@@ -77,8 +78,9 @@ def linear_traces(result: Mapping, lines: Sequence[KnownValue]) -> Figure:
     return _titled(figure, axes, misfit="Residual")
 
 
-def linear_starts(result: Mapping, lines: Sequence[KnownValue]) -> Figure:
-    """The same from every start."""
+def linear_starts(inputs: Any, params: Any) -> Figure:
+    """The same from every start (Fig. 3.6)."""
+    result, lines = read_one(inputs.result), _lines(inputs, params)
     figure, axes = _three("Residual (N)", legend_in=LEGEND_IN)
     for k, estimate in enumerate(result["estimates"]):
         lam, mu = (f"{value * KILOPASCALS:g}" for value in estimate["start_pa"])
@@ -203,18 +205,8 @@ def _titled(
     return figure
 
 
-def make_linear_traces(inputs: Any, params: Any) -> Figure:
-    """Figures 3.5 and 3.7: a linear method's way."""
-    return linear_traces(read_one(inputs.result), _lines(inputs, params))
-
-
-def make_linear_starts(inputs: Any, params: Any) -> Figure:
-    """Figure 3.6: its ways from every start."""
-    return linear_starts(read_one(inputs.result), _lines(inputs, params))
-
-
 def make_minimisation_trace(inputs: Any, params: Any) -> Figure:
-    """Figure 3.9: a minimisation's way."""
+    """Figure 3.9: course of a minimisation."""
     return minimisation_trace(read_one(inputs.result), _lines(inputs, params))
 
 

@@ -22,10 +22,10 @@ from palpate.report.style import (
     panel_letter,
 )
 from palpate.units import CENTIMETRES
+from palpate.vision.camera import OPTICS
 
 from thesis import published
 
-OPTICS = ["fx_px", "fy_px", "cx_px", "cy_px"]
 # The study calls the infrared camera IR and prints its translation in centimetres.
 PUBLISHED_NAMES = {"color": "color", "infrared": "ir"}
 STREAM_TITLES = {"color": "Colour camera", "infrared": "Infrared camera"}
@@ -46,19 +46,6 @@ def make_equation_4_12(inputs: Any, params: Any) -> dict:
     (result,) = read_all(inputs.calibration)
     table = equation_4_12(result, pd.read_csv(inputs.published))
     return published.table(table, title=TRANSFORM_TITLE)
-
-
-def make_figure_4_9(inputs: Any, params: Any) -> Figure:
-    """Figure 4.9, of the first pair of pictures that the calibration used."""
-    (result,) = read_all(inputs.calibration)
-    view = sorted(result["pair_errors_px"])[0]
-    return figure_4_9(result, pair_of(inputs.pairs[0], view), view)
-
-
-def make_figure_4_10(inputs: Any, params: Any) -> Figure:
-    """Figure 4.10 of the first calibrated sensor."""
-    (result,) = read_all(inputs.calibration)
-    return figure_4_10(result)
 
 
 def pair_of(folder: str, view: str) -> dict[str, NDArray]:
@@ -109,8 +96,11 @@ def equation_4_12(result: Mapping, published: pd.DataFrame) -> pd.DataFrame:
     return table.assign(provenance=result["provenance"])
 
 
-def figure_4_9(result: Mapping, images: Mapping[str, NDArray], view: str) -> Figure:
-    """One infrared and colour pair with the corners found (Fig. 4.9)."""
+def figure_4_9(inputs: Any, params: Any) -> Figure:
+    """First infrared and colour pair of the calibration with the corners found (Fig. 4.9)."""
+    (result,) = read_all(inputs.calibration)
+    view = sorted(result["pair_errors_px"])[0]
+    images = pair_of(inputs.pairs[0], view)
     figure, axes = plt.subplots(1, 2, figsize=(PAGE_IN, 2.95))
     for panel, stream, letter in zip(axes, ("infrared", "color"), "ab", strict=True):
         image = images[stream]
@@ -129,8 +119,9 @@ def figure_4_9(result: Mapping, images: Mapping[str, NDArray], view: str) -> Fig
     return figure
 
 
-def figure_4_10(result: Mapping) -> Figure:
-    """Poses of the board relative to both cameras, from above and from the side (Fig. 4.10)."""
+def figure_4_10(inputs: Any, params: Any) -> Figure:
+    """Poses of the target relative to both cameras, from above and from the side (Fig. 4.10)."""
+    (result,) = read_all(inputs.calibration)
     board = result["board"]
     width, height = ((count - 1) * board["square_m"] for count in board["inner_corners"])
     outline = np.array([[0, 0, 0], [width, 0, 0], [width, height, 0], [0, height, 0], [0, 0, 0]])

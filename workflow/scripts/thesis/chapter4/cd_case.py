@@ -10,8 +10,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from palpate.capture.images import all_streams
+from palpate.json_fields import read_one
 from palpate.npz import write_npz
 from palpate.report import outputs
+from palpate.units import MILLIMETRES
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import probe_places, scene_points
 from palpate.vision.follow import followed
@@ -21,12 +23,14 @@ from palpate.vision.probe import RAW_TIP, TIP
 from palpate.vision.support_plane import fit_support_plane, height_above
 
 from thesis.chapter4.box import outline_distance, place_box
+from thesis.chapter4.workspace import by_sensor
 
 # The cloud of the case is put together from so many frames; the probe hides another part in each.
 CLOUD_FRAMES = 6
 # Shown around the case [m], and so many points at most.
 SHOWN_M, SHOWN_POINTS = 0.03, 20_000
 LOWEST_M = 0.004
+TITLE = "Tracing the CD case (Section 4.2.4): the tip's centre against the case's outline (mm)"
 
 
 def make_cd_case(inputs: Any, params: Any) -> dict:
@@ -81,3 +85,21 @@ def shown_points(cloud_m: NDArray, size_m: NDArray, rng: np.random.Generator) ->
     near = (np.abs(cloud_m[:, :2]) < size_m[:2] / 2 + SHOWN_M).all(axis=1)
     cloud = cloud_m[near & (cloud_m[:, 2] < SHOWN_M)]
     return cloud[rng.choice(len(cloud), min(SHOWN_POINTS, len(cloud)), replace=False)]
+
+
+def make_cd_case_table(inputs: Any, params: Any) -> dict:
+    """Offsets of each sensor's path."""
+    paths = by_sensor(params.names, inputs.paths)
+    places = by_sensor(params.names, inputs.places, read_one)
+    table = pd.DataFrame([case_row(name, paths[name], places[name]) for name in params.names])
+    table["provenance"] = table["sensor"].map(params.provenance)
+    return outputs.table(table, title=TITLE)
+
+
+def case_row(name: str, path: pd.DataFrame, place: Mapping) -> dict:
+    """Offsets of one sensor's path; an operator leaves the edge at times."""
+    found = {"sensor": name, "frames": len(path)}
+    for kind in ("raw", "smooth", "study"):
+        offset = path[f"{kind}_offset_m"] * MILLIMETRES
+        found |= {f"{kind}_offset_mm": offset.mean(), f"{kind}_offset_std_mm": offset.std()}
+    return found | {"tip_radius_mm": place["tip_radius_m"] * MILLIMETRES}

@@ -17,7 +17,7 @@ from palpate.vision.background import BackgroundModel, distortion, load_model
 from palpate.vision.foreground import load_masks
 from palpate.vision.options import Background
 
-from thesis.diagrams import TEXT_PT, Sketch, blank, scale_bar, write
+from thesis.diagrams import TEXT_PT, Sketch, blank, provenances, scale_bar, write
 from thesis.views import View
 
 WHITE_LEVEL, TICKS = 255, (100, 200)
@@ -161,9 +161,8 @@ def _repeated(model: BackgroundModel, pixel: tuple[int, int], colours: NDArray) 
     return replace(model, **{name: v.repeat(len(colours), axis=0) for name, v in values.items()})
 
 
-def make_figure_4_11(inputs: Any, params: Any) -> Figure:
-    """The figure, of a pixel of the capture's middle frame."""
-    (capture,) = params.captures
+def figure_4_11(inputs: Any, params: Any) -> Figure:
+    """Colour model of the background subtraction, a pixel of the middle frame (Fig. 4.11)."""
     shades = Background.read(params.options)
     bounds = shades.alpha_low, shades.alpha_high
     model, frames = load_model(inputs.model), Stream(inputs.capture, params.sensor)
@@ -172,31 +171,6 @@ def make_figure_4_11(inputs: Any, params: Any) -> Figure:
     pixel = choose_pixel(model, image, mask, alpha_low=bounds[0])
     samples = np.stack([frame[pixel] for frame in Stream(inputs.background, params.sensor)])
     shown = pixel_colour(model, image, samples, pixel)
-    provenance = capture["provenance"]
-    return figure_4_11(shown, image, pixel, alpha_bounds=bounds, provenance=provenance)
-
-
-def figure_4_11(
-    shown: PixelColour,
-    image: NDArray,
-    pixel: tuple[int, int],
-    *,
-    alpha_bounds: tuple[float, float],
-    provenance: str,
-) -> Figure:
-    """Colour model of the background subtraction for one captured pixel (Fig. 4.11).
-
-    Parameters
-    ----------
-    shown : PixelColour
-    image : (h, w, 3) uint8 array
-        The frame that the pixel is of.
-    pixel : tuple of int
-        Row and column.
-    alpha_bounds : tuple of float
-        Darkest shadow and brightest highlight that count as background.
-    provenance : str
-    """
     figure = plt.figure(figsize=(PAGE_IN, 3.1))
     photo = figure.add_axes((0.015, 0.45, 0.27, 0.47))
     zoom = figure.add_axes((0.015, 0.07, 0.13, 0.33))
@@ -213,8 +187,8 @@ def figure_4_11(
     _swatches(figure.add_axes((0.155, 0.07, 0.13, 0.33)), shown)
     space = blank(figure, (0.32, 0.05, 0.38, 0.87), "RGB space (grey levels)", "b")
     _colour_space(Sketch(space, SIDE), shown)
-    _classes(figure.add_axes((0.775, 0.17, 0.215, 0.75)), shown, alpha_bounds)
-    label_provenance(figure, {provenance})
+    _classes(figure.add_axes((0.775, 0.17, 0.215, 0.75)), shown, bounds)
+    label_provenance(figure, provenances(params))
     return figure
 
 
@@ -239,16 +213,16 @@ def _colour_space(sketch: Sketch, shown: PixelColour) -> None:
             sketch.dot(level * unit * axis, ms=1.8)
             sketch.name(level * unit * axis, str(level), side, 7)
     colours = (shown.expected, shown.alpha * shown.expected, shown.colour)
-    E, foot, pixel = (unit * colour for colour in colours)
+    E, base, pixel = (unit * colour for colour in colours)
     sketch.line(np.zeros(3), 1.25 * E, lw=1.3)
-    sketch.line(foot, pixel, color=ORANGE, lw=1.8)
-    for place, colour in zip((E, foot, pixel), colours, strict=True):
+    sketch.line(base, pixel, color=ORANGE, lw=1.8)
+    for place, colour in zip((E, base, pixel), colours, strict=True):
         sketch.dot(place, ms=6, mfc=colour / WHITE_LEVEL, mec=BLACK, mew=0.8)
     along = sketch.flat(E)
     down = np.array([along[1], -along[0]])
-    for place, text, side in ((E, EXPECTED, down), (foot, PROJECTED, down), (pixel, COLOUR, -down)):
+    for place, text, side in ((E, EXPECTED, down), (base, PROJECTED, down), (pixel, COLOUR, -down)):
         sketch.name(place, text, side, 9)
-    sketch.name((foot + pixel) / 2, "$CD_i$", -along, 12, color=ORANGE)
+    sketch.name((base + pixel) / 2, "$CD_i$", -along, 12, color=ORANGE)
     look = {"rotation": np.rad2deg(np.arctan2(*along[::-1])), "rotation_mode": "anchor"}
     sketch.name(0.2 * E, "chromaticity line", down, 7, **look)
     sketch.name(np.zeros(3), "O", (-1, -1), 6)

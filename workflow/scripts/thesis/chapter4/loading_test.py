@@ -45,7 +45,7 @@ def loading_frames(poses: pd.DataFrame, force_n: NDArray, onset_force_n: float) 
     depth_m = depth_along(poses)[0]
     if force_n.max() <= onset_force_n or force_n[0] > onset_force_n:
         raise ValueError(
-            f"loading: expected a press from below to above {onset_force_n:g} N, found"
+            f"loading: expected an indentation from below to above {onset_force_n:g} N, found"
             f" {force_n[0]:.2f} N at first and at most {force_n.max():.2f} N"
         )
     onset = int(np.argmax(force_n > onset_force_n))

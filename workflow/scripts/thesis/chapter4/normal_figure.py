@@ -1,6 +1,6 @@
 """Figure 4.4: a plane fitted to a vertex of a captured cloud and its neighbours."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,19 +11,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.json_fields import read_all
 from palpate.report.panels import named
-from palpate.report.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PAGE_IN,
-    sensor_name,
-)
+from palpate.report.style import BLUE, GREEN, GREY, ORANGE, PAGE_IN, sensor_name
 from palpate.units import MILLIMETRES
 from palpate.vision.clouds import Cloud, read_clouds
 from scipy.spatial import cKDTree
 
-from thesis.diagrams import TEXT_PT, Sketch, blank, legend_below, scale_bar
+from thesis.diagrams import TEXT_PT, Sketch, blank, legend_below, provenances, scale_bar, tangents
 from thesis.views import View
 
 # P lies so far from the pressed point, on the rim of the dent [m].
@@ -115,27 +108,14 @@ def pressed_plane(cloud: Cloud, alignment: Mapping, *, neighbours: int) -> tuple
     return turned, fit_plane(turned, near, neighbours=neighbours)
 
 
-def make_figure_4_4(inputs: Any, params: Any) -> Figure:
-    """The figure, of each capture's last frame."""
+def figure_4_4(inputs: Any, params: Any) -> Figure:
+    """Plane fitted to a vertex and its neighbours in each capture's last cloud (Fig. 4.4)."""
     planes = [
         pressed_plane(read_clouds(clouds)[-1], alignment, neighbours=params.neighbours)
         for clouds, alignment in zip(inputs.clouds, read_all(inputs.alignments), strict=True)
     ]
-    return figure_4_4(params.captures, planes)
-
-
-def figure_4_4(captures: Sequence[Mapping], planes: Sequence[tuple[Cloud, PlaneFit]]) -> Figure:
-    """Plane fitted to a vertex and its neighbours in captured clouds (Fig. 4.4).
-
-    Parameters
-    ----------
-    captures : sequence of mapping
-        ``sensor`` and ``provenance`` of each.
-    planes : sequence of (Cloud, PlaneFit)
-        See `pressed_plane`.
-    """
     figure = plt.figure(figsize=(PAGE_IN, 4.3))
-    count = len(captures)
+    captures, count = params.captures, len(params.captures)
     letters = iter("abcdefghijkl")
     for k, (capture, (cloud, fit)) in enumerate(zip(captures, planes, strict=True)):
         left, width = (k + 0.14) / count, 0.82 / count
@@ -145,8 +125,7 @@ def figure_4_4(captures: Sequence[Mapping], planes: Sequence[tuple[Cloud, PlaneF
         side = figure.add_axes((left, 0.17, width, 0.24))
         _heights(side, fit)
         named(side, next(letters), "Distances from the plane")
-    provenances = {capture["provenance"] for capture in captures}
-    return legend_below(figure, figure.axes[0], provenances, lay_out=False)
+    return legend_below(figure, figure.axes[0], provenances(params), lay_out=False)
 
 
 def _space(sketch: Sketch, cloud: Cloud, fit: PlaneFit) -> None:
@@ -154,7 +133,7 @@ def _space(sketch: Sketch, cloud: Cloud, fit: PlaneFit) -> None:
     P, axes = fit.point_m, sketch.axes
     reach = np.linalg.norm(fit.neighbours_m - P, axis=1).max()
     near = cloud.points_m[np.linalg.norm(cloud.points_m - P, axis=1) < 2.4 * reach]
-    across, along = 1.15 * reach * _tangents(fit.normal)
+    across, along = 1.15 * reach * tangents(fit.normal)
     centre, end = fit.centre_m - P, fit.centre_m - P + 1.3 * reach * fit.normal
     corners = [centre + a * across + b * along for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     axes.plot(*sketch.flat(near - P).T, ".", color=GREY, ms=2.6, mew=0, label="cloud")
@@ -172,7 +151,7 @@ def _space(sketch: Sketch, cloud: Cloud, fit: PlaneFit) -> None:
 
 def _heights(axes: Axes, fit: PlaneFit) -> None:
     """Distances from the plane, the sum of whose squares is least (Eq. 4.4)."""
-    place = (fit.neighbours_m - fit.centre_m) @ _tangents(fit.normal)[0] * MILLIMETRES
+    place = (fit.neighbours_m - fit.centre_m) @ tangents(fit.normal)[0] * MILLIMETRES
     height = fit.height_m * MILLIMETRES
     axes.axhline(0, color=GREEN, lw=1.2)
     axes.vlines(place, 0, height, color=BLUE, lw=0.7)
@@ -184,10 +163,3 @@ def _heights(axes: Axes, fit: PlaneFit) -> None:
     axes.text(1, 1, words, **look)
     largest = np.array([-1.15, 1.5]) * max(np.abs(height).max(), 0.1)
     axes.set(ylim=largest, xlabel="along the plane (mm)", ylabel="off the plane (mm)")
-
-
-def _tangents(normal: NDArray) -> NDArray:
-    """Two unit vectors in a plane, as rows (2, 3)."""
-    across = np.array([1.0, 0, 0]) - normal[0] * normal
-    across /= np.linalg.norm(across)
-    return np.stack([across, np.cross(normal, across)])

@@ -1,6 +1,5 @@
 """Figure 4.8: the pinhole camera model, with a sensor's own optics."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -23,38 +22,15 @@ SIDE, AWAY = View(227, 20), 2.0
 SHOWN = np.array([0.6, -0.78])
 
 
-def make_figure_4_8(inputs: Any, params: Any) -> Figure:
-    """The figure, of a sensor's file."""
-    sensor = params.sensor
-    return figure_4_8(sensor["color"], depth_m=params.depth_m, name=sensor["sensor"])
-
-
-def figure_4_8(camera: Mapping, *, depth_m: float, name: str) -> Figure:
-    """Pinhole camera model and the camera matrix (Fig. 4.8, Eq. 4.7-4.8).
-
-    Parameters
-    ----------
-    camera : mapping
-        ``color`` block of a sensor's file.
-    depth_m : float
-        Depth of the drawn point [m].
-    name : str
-        Sensor whose colour camera is drawn.
-
-    Raises
-    ------
-    ValueError
-        If the depth is not positive.
-    """
-    if not depth_m > 0:
-        raise ValueError(f"depth_m: expected a positive length, found {depth_m} m")
-    optics = camera_from_spec(camera)
-    pixel, point = shown_point(optics, depth_m)
+def figure_4_8(inputs: Any, params: Any) -> Figure:
+    """Pinhole camera model and the camera matrix of a sensor's file (Fig. 4.8, Eq. 4.7-4.8)."""
+    optics = camera_from_spec(params.sensor["color"])
+    pixel, point = shown_point(optics, params.depth_m)
     figure = plt.figure(figsize=(PAGE_IN, 3.2))
     _draw(blank(figure, (0.02, 0.02, 0.59, 0.88), "Projection", "a"), optics, pixel)
     axes = figure.add_axes((0.65, 0.02, 0.34, 0.88))
     axes.set_axis_off()
-    named(axes, "b", f"{sensor_name(name)}, colour camera")
+    named(axes, "b", f"{sensor_name(params.sensor['sensor'])}, colour camera")
     _write(axes, optics, pixel, point)
     return figure
 
@@ -79,8 +55,8 @@ def _draw(axes: Axes, optics: PinholeCamera, pixel: NDArray) -> None:
     sketch.line(centre, 1.45 * principal, ls=DOT_DASH)
     sketch.area(plane, BLUE)
     sketch.line(centre, AWAY * image, color=ORANGE, lw=1.3)
-    for foot in ([image[0], plane[0, 1], focal], [plane[0, 0], image[1], focal]):
-        sketch.line(foot, image, color=ORANGE, lw=0.7, ls=(0, (2, 2)))
+    for end in ([image[0], plane[0, 1], focal], [plane[0, 0], image[1], focal]):
+        sketch.line(end, image, color=ORANGE, lw=0.7, ls=(0, (2, 2)))
     for text, place, side, away, colour in (
         ("centre of\nprojection", centre, (-0.05, 1), 22, "black"),
         ("principal point\n$(O_x, O_y)$", principal, (0.25, -1), 18, "black"),

@@ -1,6 +1,5 @@
 """Figures of the probe: loading test (4.6), tracing test (4.13, 4.20, 4.21)."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +14,8 @@ from palpate.report.panels import photo_panel
 from palpate.report.style import BLACK, BLUE, COLUMN_IN, GREEN, GREY, ORANGE, finished
 from palpate.units import CENTIMETRES, MILLIMETRES
 
-from thesis.chapter4.sensor_files import by_sensor, provenances
-from thesis.diagrams import DASHED, by_sensor_panels, legend_below
+from thesis.chapter4.workspace import by_sensor
+from thesis.diagrams import DASHED, by_sensor_panels, legend_below, provenances
 
 # Figure 4.13 shows so many frames on either side of a corner.
 SHOWN_FRAMES = 9
@@ -27,27 +26,12 @@ FILTERS = {
 }
 
 
-def make_figure_4_6(inputs: Any, params: Any) -> Figure:
-    """Figure 4.6, of each sensor's loading test."""
-    frames, forces = (by_sensor(params.names, paths) for paths in (inputs.frames, inputs.forces))
-    return figure_4_6(frames, forces, provenances(params))
-
-
-def figure_4_6(
-    frames: Mapping[str, pd.DataFrame], forces: Mapping[str, pd.DataFrame], provenance: set[str]
-) -> Figure:
+def figure_4_6(inputs: Any, params: Any) -> Figure:
     """Force and displacement against time while loading and holding, per sensor (Fig. 4.6).
 
     The broken line marks the frame at which the tip reaches the depth that it then holds.
-
-    Parameters
-    ----------
-    frames : mapping
-        Sensor to ``time_s, force_n, displacement_m`` at each frame.
-    forces : mapping
-        Sensor to ``time_s, force_n`` of the averaged record.
-    provenance : set of str
     """
+    frames, forces = (by_sensor(params.names, paths) for paths in (inputs.frames, inputs.forces))
     figure, axes, items = by_sensor_panels(frames, 3.6, rows=2, sharex=True, sharey="row")
     for (top, bottom), (name, table) in zip(axes.T, items, strict=True):
         record, time = forces[name], table["time_s"]
@@ -63,7 +47,7 @@ def figure_4_6(
     top.plot([], [], "s-", ms=2.6, lw=0.8, color=BLUE, label="tip")
     top.plot([], [], color=BLACK, lw=0.8, ls=DASHED, label="depth reached")
     figure.align_ylabels(axes[:, 0])
-    return legend_below(figure, top, provenance)
+    return legend_below(figure, top, provenances(params))
 
 
 def _arrival(table: pd.DataFrame) -> int:
@@ -72,21 +56,9 @@ def _arrival(table: pd.DataFrame) -> int:
     return int(np.argmax(table["displacement_m"] > held - 2e-4))
 
 
-def make_figure_4_13(inputs: Any, params: Any) -> Figure:
-    """Figure 4.13, of each sensor's path."""
-    return figure_4_13(by_sensor(params.names, inputs.paths), provenances(params))
-
-
-def figure_4_13(paths: Mapping[str, pd.DataFrame], provenance: set[str]) -> Figure:
-    """The tip's path around a corner of the CD case before and after the filters (Fig. 4.13).
-
-    Parameters
-    ----------
-    paths : mapping
-        Sensor to the path in the case's frame (cd_case_path.csv).
-    provenance : set of str
-    """
-    figure, axes, items = by_sensor_panels(paths, 3.2)
+def figure_4_13(inputs: Any, params: Any) -> Figure:
+    """The tip's path around a corner of the CD case before and after the filters (Fig. 4.13)."""
+    figure, axes, items = by_sensor_panels(by_sensor(params.names, inputs.paths), 3.2)
     for panel, (_, path) in zip(axes[0], items, strict=True):
         part = _around_corner(path)
         for kind, look in FILTERS.items():
@@ -94,7 +66,7 @@ def figure_4_13(paths: Mapping[str, pd.DataFrame], provenance: set[str]) -> Figu
         panel.set_aspect("equal", adjustable="datalim")
         panel.set_xlabel("x, along the case (mm)")
     axes[0, 0].set_ylabel("y, across the case (mm)")
-    return legend_below(figure, axes[0, 0], provenance)
+    return legend_below(figure, axes[0, 0], provenances(params))
 
 
 def _around_corner(path: pd.DataFrame) -> pd.DataFrame:
@@ -104,42 +76,21 @@ def _around_corner(path: pd.DataFrame) -> pd.DataFrame:
     return path.iloc[first : middle + SHOWN_FRAMES + 1]
 
 
-def make_figure_4_20(inputs: Any, params: Any) -> Figure:
-    """Figure 4.20, of the first sensor's recording."""
+def figure_4_20(inputs: Any, params: Any) -> Figure:
+    """A colour image of the CD case being traced, by the first sensor (Fig. 4.20)."""
     frames = Stream(Path(inputs.cases[0]) / "trace", params.sensors[params.names[0]])
-    return figure_4_20(frames[len(frames) // 3], provenances(params))
-
-
-def figure_4_20(image: NDArray, provenance: set[str]) -> Figure:
-    """A colour image of the CD case being traced (Fig. 4.20)."""
+    image = frames[len(frames) // 3]
     height, width = image.shape[:2]
     figure, panel = plt.subplots(figsize=(COLUMN_IN + 1, (COLUMN_IN + 1) * height / width + 0.2))
     photo_panel(panel, image)
-    return finished(figure, provenance)
+    return finished(figure, provenances(params))
 
 
-def make_figure_4_21(inputs: Any, params: Any) -> Figure:
-    """Figure 4.21, of each sensor's path, cloud and place of the case."""
+def figure_4_21(inputs: Any, params: Any) -> Figure:
+    """The tip's path around the case against the case's cloud, from above (Fig. 4.21)."""
     paths = by_sensor(params.names, inputs.paths)
     clouds = by_sensor(params.names, inputs.clouds, _cloud_points)
     places = by_sensor(params.names, inputs.places, read_one)
-    return figure_4_21(paths, clouds, places, provenances(params))
-
-
-def figure_4_21(
-    paths: Mapping[str, pd.DataFrame],
-    clouds: Mapping[str, NDArray],
-    places: Mapping[str, Mapping],
-    provenance: set[str],
-) -> Figure:
-    """The tip's path around the case against the case's cloud, from above (Fig. 4.21).
-
-    Parameters
-    ----------
-    paths, clouds, places : mapping
-        Of each sensor cd_case_path.csv, points (n, 3) in the case's frame [m], and cd_case.json.
-    provenance : set of str
-    """
     figure, axes, items = by_sensor_panels(paths, 3.7, sharey=True)
     for panel, (name, path) in zip(axes[0], items, strict=True):
         cloud, place = clouds[name] * CENTIMETRES, places[name]
@@ -157,7 +108,7 @@ def figure_4_21(
         panel.set_aspect("equal")
         panel.set_xlabel("x, along the case (cm)")
     axes[0, 0].set_ylabel("y, across the case (cm)")
-    return legend_below(figure, axes[0, 0], provenance)
+    return legend_below(figure, axes[0, 0], provenances(params))
 
 
 def _cloud_points(path: str) -> NDArray:

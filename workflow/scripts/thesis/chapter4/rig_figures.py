@@ -1,11 +1,10 @@
 """Views of the rig as configured: devices (4.1), probe (4.5), setup (4.7), transforms (4.12)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-import pandas as pd
 import trimesh
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -34,6 +33,7 @@ from thesis.diagrams import (
     blank,
     dimension,
     leader,
+    provenances,
     scale_bar,
     write,
 )
@@ -54,25 +54,10 @@ CHESSBOARD, SENSOR, TIP = (
 )
 
 
-def make_figure_4_1(inputs: Any, params: Any) -> Figure:
-    """Figure 4.1, of the configured devices."""
-    return figure_4_1(**params.devices)
-
-
-def figure_4_1(stereo: Mapping, dots: Mapping, scan: Mapping) -> Figure:
-    """Three depth devices, their optics and fields of view (Fig. 4.1).
-
-    Parameters
-    ----------
-    stereo, dots : mapping
-        ``sensor`` (the sensor's file) and ``distance_m`` from the object, of the stereo head and
-        of the structured-light sensor.
-    scan : mapping
-        ``turns_deg``, ``elevations_deg`` and ``distance_m`` of the laser scanner's views, and
-        ``size_m`` of the object.
-    """
+def figure_4_1(inputs: Any, params: Any) -> Figure:
+    """Three depth devices, their optics and fields of view, as configured (Fig. 4.1)."""
     figure = plt.figure(figsize=(PAGE_IN, 4.7))
-    for k, device in enumerate((scan, dots, stereo)):
+    for k, device in enumerate(params.devices[name] for name in ("scan", "dots", "stereo")):
         left, width = k / 3 + 0.03, 1 / 3 - 0.05
         sensor = device.get("sensor")
         name = sensor_name(sensor["sensor"]) if sensor else "VIVID 910"
@@ -165,20 +150,9 @@ def _plan(axes: Axes, across: tuple, up: tuple, title: str | None = None) -> Non
     axes.legend(loc="lower center", title=title, borderaxespad=0, **look)
 
 
-def make_figure_4_5(inputs: Any, params: Any) -> Figure:
-    """Figure 4.5, of a probe's file."""
-    return figure_4_5(params.probe)
-
-
-def figure_4_5(probe: Mapping) -> Figure:
-    """Force sensor with handle and spherical indenter, with its configured sizes (Fig. 4.5).
-
-    Parameters
-    ----------
-    probe : mapping
-        The probe's file.
-    """
-    figure = plt.figure(figsize=(PAGE_IN, 3.9))
+def figure_4_5(inputs: Any, params: Any) -> Figure:
+    """Force sensor with handle and spherical indenter, with its configured sizes (Fig. 4.5)."""
+    probe, figure = params.probe, plt.figure(figsize=(PAGE_IN, 3.9))
     mesh, marker_to_force = rig.probe_mesh(probe), np.linalg.inv(probe["marker_from_force"])
     parts = blank(figure, (0.04, 0.03, 0.44, 0.89), "Parts", "a")
     sketch = Sketch(parts, OBLIQUE, rig.UPRIGHT[:3, :3])
@@ -254,29 +228,9 @@ def _measure(axes: Axes, probe: Mapping, free: int) -> None:
     write(axes, (-free * wide, -0.5 * sensor), f"diameter\n{2 * wide:.0f} mm", (-free, -0.1))
 
 
-def make_figure_4_7(inputs: Any, params: Any) -> Figure:
-    """Figure 4.7, of the lab's placements."""
-    return figure_4_7(params.setups, provenance="simulated")
-
-
-def figure_4_7(setups: Sequence[Mapping], *, provenance: str) -> Figure:
-    """Capture setup of each sensor, to scale (Fig. 4.7).
-
-    Parameters
-    ----------
-    setups : sequence of mapping
-        Of each sensor ``sensor`` (its file), ``probe`` (its file), ``size_m`` of the block,
-        ``point_m`` that is pressed, and ``placement`` (``target_m``, ``distance_m``,
-        ``elevation_deg``).
-    provenance : str
-
-    Raises
-    ------
-    ValueError
-        If there is no setup.
-    """
-    if not setups:
-        raise ValueError("setups: expected at least one sensor, found none")
+def figure_4_7(inputs: Any, params: Any) -> Figure:
+    """Setup of each sensor at the lab's placements, to scale (Fig. 4.7)."""
+    setups = params.setups
     scenes = [_scene(setup) for setup in setups]
     frame = ASIDE.frame(*(scene.vertices for scene in scenes), margin=0.03)
     height = PAGE_IN / len(setups) * (frame[3] - frame[2]) / (frame[1] - frame[0])
@@ -285,7 +239,7 @@ def figure_4_7(setups: Sequence[Mapping], *, provenance: str) -> Figure:
         place = k / len(setups) + 0.02, 0.07, 1 / len(setups) - 0.03, height / (height + 0.55)
         axes = blank(figure, place, sensor_name(setup["sensor"]["sensor"]), "abcdef"[k])
         _setup(Sketch(axes, ASIDE), setup, scene, frame)
-    label_provenance(figure, {provenance})
+    label_provenance(figure, {"simulated"})
     return figure
 
 
@@ -326,25 +280,10 @@ def _setup(sketch: Sketch, setup: Mapping, scene: trimesh.Trimesh, frame: NDArra
     scale_bar(axes, 200, "200 mm", loc="lower right")
 
 
-def make_figure_4_12(inputs: Any, params: Any) -> Figure:
-    """Figure 4.12, of one capture's poses."""
-    (capture,) = params.captures
-    poses = read_table(inputs.pose)
-    return figure_4_12(poses, params.probe, params.sensor, provenance=capture["provenance"])
-
-
-def figure_4_12(pose: pd.DataFrame, probe: Mapping, sensor: Mapping, *, provenance: str) -> Figure:
-    """Chain of transforms from the probe's tip to the camera, to scale (Fig. 4.12).
-
-    Parameters
-    ----------
-    pose : DataFrame
-        probe_pose.csv.
-    probe, sensor : mapping
-        Their files.
-    provenance : str
-    """
-    frames = rig.chain(pose, probe)
+def figure_4_12(inputs: Any, params: Any) -> Figure:
+    """Chain of transforms from the probe's tip to a capture's camera, to scale (Fig. 4.12)."""
+    probe, sensor = params.probe, params.sensor
+    frames = rig.chain(read_table(inputs.pose), probe)
     # The probe stands upright; the camera looks along x.
     up = -frames["tip"][:3, 2]
     ahead = frames["tip"][:3, 3] - (frames["tip"][:3, 3] @ up) * up
@@ -391,5 +330,5 @@ def figure_4_12(pose: pd.DataFrame, probe: Mapping, sensor: Mapping, *, provenan
     near.name(places["tip"], f"tip,\nradius {radius:.2f} mm", (1, 0), 44, weight="bold")
     scale_bar(whole.axes, 100, "100 mm, parallel to the page", loc="lower right")
     scale_bar(near.axes, 50, "50 mm, parallel to the page", loc="lower left")
-    label_provenance(figure, {provenance})
+    label_provenance(figure, provenances(params))
     return figure

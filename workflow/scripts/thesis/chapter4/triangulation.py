@@ -15,7 +15,7 @@ from palpate.units import MILLIMETRES
 
 from thesis.diagrams import DOT_DASH, NOTE, TEXT_PT, dimension, write
 
-# Where the drawn point lies between the axes, and the drawn image plane on the way to it: at its
+# Where the drawn point lies between the axes, and the drawn image plane before it: at its
 # focal length of a few millimetres the plane could not be seen.
 ACROSS, PLANE, HALF_PLANE, DEPTH_LINE = 0.42, 0.3, 0.4, 2.65
 
@@ -84,29 +84,10 @@ def counts_of(depth: Mapping, disparity_px: float) -> float:
     return (disparity_px - depth["disparity_offset_px"]) / depth["disparity_scale"]
 
 
-def depth_of(depth: Mapping, counts: np.ndarray) -> np.ndarray:
-    """Depth of what a structured-light sensor writes, Z = f b / (m d' + n) (Eq. 4.3) [m]."""
-    disparity = depth["disparity_scale"] * counts + depth["disparity_offset_px"]
-    return depth["fx_px"] * depth["baseline_m"] / disparity
-
-
-def make_figure_4_2(inputs: Any, params: Any) -> Figure:
-    """Figure 4.2, of a sensor's file."""
-    return figure_4_2(params.sensor, depth_m=params.depth_m)
-
-
-def figure_4_2(sensor: Mapping, *, depth_m: float) -> Figure:
-    """Triangulation of a structured-light sensor (Fig. 4.2).
-
-    Parameters
-    ----------
-    sensor : mapping
-        The sensor's file, of kind ``structured_light`` with ``kinect_disparity``.
-    depth_m : float
-        Depth of the drawn point [m].
-    """
-    depth = sensor["depth"]
-    shape = triangle(depth, depth["baseline_m"], depth_m)
+def figure_4_2(inputs: Any, params: Any) -> Figure:
+    """Triangulation of a structured-light sensor that writes disparities (Fig. 4.2)."""
+    sensor, depth = params.sensor, params.sensor["depth"]
+    shape = triangle(depth, depth["baseline_m"], params.depth_m)
     figure, left, right = _panels(shape, ("infrared\ncamera", "infrared\nprojector"))
     _plane(left, shape, 0.0)
     _image_point(left, shape, shape.first_px, "$p$", BLUE)
@@ -122,22 +103,10 @@ def figure_4_2(sensor: Mapping, *, depth_m: float) -> Figure:
     return figure
 
 
-def make_figure_4_3(inputs: Any, params: Any) -> Figure:
-    """Figure 4.3, of a sensor's file."""
-    return figure_4_3(params.sensor, depth_m=params.depth_m)
-
-
-def figure_4_3(sensor: Mapping, *, depth_m: float) -> Figure:
-    """Triangulation of a rectified stereo pair (Fig. 4.3).
-
-    Parameters
-    ----------
-    sensor : mapping
-        The sensor's file, of kind ``stereo``.
-    depth_m : float
-        Depth of the drawn point [m].
-    """
-    shape = triangle(sensor["color"], sensor["stereo"]["baseline_m"], depth_m)
+def figure_4_3(inputs: Any, params: Any) -> Figure:
+    """Triangulation of a rectified stereo pair (Fig. 4.3)."""
+    sensor = params.sensor
+    shape = triangle(sensor["color"], sensor["stereo"]["baseline_m"], params.depth_m)
     figure, left, right = _panels(shape, ("left\ncamera $O_L$", "right\ncamera $O_R$"))
     _plane(left, shape, 0.0)
     _plane(left, shape, shape.baseline_m)
@@ -218,8 +187,9 @@ def _counts(axes: Axes, sensor: Mapping, shape: Triangle) -> None:
     depth, (low, high) = sensor["depth"], sensor["range_m"]
     product = depth["fx_px"] * depth["baseline_m"]
     ends = [counts_of(depth, product / limit) for limit in (low, high)]
-    counts = np.linspace(*ends, 400)
-    axes.plot(counts, depth_of(depth, counts), color=BLUE)
+    # Between them the depth is the sensor's by Eq. 4.3, Z = f b / (m d' + n).
+    disparity = np.linspace(product / low, product / high, 400)
+    axes.plot(counts_of(depth, disparity), product / disparity, color=BLUE)
     here = counts_of(depth, shape.disparity_px)
     axes.plot([here, here, ends[0]], [low, shape.z_m, shape.z_m], color=GREY, lw=0.7, ls="--")
     axes.plot(here, shape.z_m, "o", color=BLACK, ms=5)

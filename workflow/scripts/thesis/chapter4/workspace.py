@@ -1,14 +1,20 @@
 """Error of the probe's tip over the workspace (Section 4.2.3): Table 4.2 and what leads to it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from palpate.capture.images import read_image
+from palpate.capture.tables import STREAMS, read_frames, read_table
+from palpate.report import outputs
 from palpate.units import CENTIMETRES
 from palpate.vision.board import FlatBoard
-from palpate.vision.camera import PinholeCamera
+from palpate.vision.camera import PinholeCamera, camera_from_spec, sensor_with_optics
+from palpate.vision.marker import CornerFollower, board_of
+from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import (
     CORNERS,
     REFINED,
@@ -18,14 +24,63 @@ from palpate.vision.pose import (
     select_threshold,
     settle,
 )
+from palpate.vision.probe import board_poses, marker_from_tip
 
 from thesis import published
-from thesis.chapter4.sensor_files import by_sensor
 
 # Section 4.2.3: 0.05 to 0.6 pixels in steps of 0.05.
 THRESHOLDS_PX = tuple(round(0.05 * k, 2) for k in range(1, 13))
 AXES = ("x", "y", "z")
+# Columns of the grid's file that name a point.
+PLACE = ("point", "row", "column", "x_m", "y_m")
 TITLE = "Table 4.2: mean standard deviation of the resting tip over the workspace (cm)"
+
+
+def by_sensor(names: Sequence[str], paths: Sequence[str], read: Callable = pd.read_csv) -> dict:
+    """Read a file of each sensor, a table by default."""
+    return {name: read(path) for name, path in zip(names, paths, strict=True)}
+
+
+def make_workspace_error(inputs: Any, params: Any) -> dict:
+    """One row for each point and method of tracking."""
+    folder, sensor = Path(inputs.workspace), sensor_with_optics(params.sensor, inputs.optics)
+    board = board_of(params.probe["marker"])
+    refine = BoardRefiner(camera_from_spec(sensor["color"]), board, encoding="mono8")
+    rows = []
+    for point in read_table(folder / "grid.csv").itertuples():
+        images = point_images(folder / f"{int(point.point):02d}", sensor)
+        known = {name: getattr(point, name) for name in PLACE}
+        rows += [known | part for part in tip_rows(images, sensor, params.probe, refine)]
+    if not any(row["found"] for row in rows):
+        raise ValueError(
+            f"workspace: expected the marker in its frames, found it in none of {folder}"
+        )
+    return {"table": outputs.exact(pd.DataFrame(rows))}
+
+
+def point_images(folder: Path, sensor: Mapping) -> list[NDArray]:
+    """Grey images of the reference camera at one point."""
+    stream = STREAMS[sensor["kind"]][0]
+    return [read_image(folder / str(name), "mono8") for name in read_frames(folder)[stream]]
+
+
+def tip_rows(
+    images: Sequence[NDArray], sensor: Mapping, probe: Mapping, refine: BoardRefiner
+) -> list[dict]:
+    """Rows of one point: at each threshold, and refined on the target's picture."""
+    camera, board = camera_from_spec(sensor["color"]), board_of(probe["marker"])
+    follow, fixed = CornerFollower(board), marker_from_tip(probe)
+    corners = [follow(image) for image in images]
+    found = threshold_rows(corners, camera, board, fixed)
+    poses = board_poses(
+        zip(corners, images, strict=True),
+        camera,
+        board,
+        threshold_px=sensor["marker"]["reprojection_threshold_px"],
+        refine=refine,
+    )
+    row = point_row([pose if done else None for pose, done in poses], fixed)
+    return [*found, {"method": REFINED} | row]
 
 
 def point_row(
@@ -45,7 +100,7 @@ def point_row(
     dict
         ``frames, found``, the tip's farthest place from its mean, mean and standard deviation of
         the tip in the camera frame [m], standard
-        deviation of the angle between the board's normal and the camera's axis [rad], mean number
+        deviation of the angle between the target's normal and the camera's axis [rad], mean number
         of inliers, and mean reprojection error, the sum of squares of Eq. 4.10 [px^2].
     """
     seen = [pose for pose in poses if pose is not None]
@@ -78,7 +133,7 @@ def threshold_rows(
     Parameters
     ----------
     corners_px : sequence of (n, 2) arrays or None
-        Corners in each frame, None where the board was not seen.
+        Corners in each frame, None where the target was not seen.
     """
     found = [
         [[]] * len(THRESHOLDS_PX)
@@ -123,7 +178,7 @@ def table_4_2(
     -------
     DataFrame
         A row for each sensor and axis [cm]; ``refined_std_cm`` is the same after the refinement
-        on the board's picture.
+        on the target's picture.
     """
     printed, rows = published.set_index("axis"), []
     for sensor, table in sorted(tables.items()):

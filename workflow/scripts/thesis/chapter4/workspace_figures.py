@@ -1,6 +1,5 @@
 """Figures 4.14 to 4.19: the workspace and the tip's deviation in it."""
 
-from collections.abc import Callable, Mapping
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -23,9 +22,8 @@ from palpate.report.style import (
 from palpate.units import CENTIMETRES, MILLIMETRES
 from palpate.vision.pose import CORNERS, REFINED, averages, select_threshold
 
-from thesis.chapter4.sensor_files import by_sensor, provenances
-from thesis.chapter4.workspace import AXES
-from thesis.diagrams import DASHED, TEXT_PT, by_sensor_panels, legend_below
+from thesis.chapter4.workspace import AXES, by_sensor
+from thesis.diagrams import DASHED, TEXT_PT, by_sensor_panels, legend_below, provenances
 
 AXIS_LOOKS = {
     "x": {"color": BLUE, "marker": "o"},
@@ -42,12 +40,13 @@ OTHER = {"color": BLACK, "marker": "^"}
 # Where the study's own choice of threshold lies [px] (Section 4.2.3).
 STUDY_PX = {"bumblebee": 0.25, "kinect": 0.45}
 THRESHOLD = "Reprojection threshold (px)"
+FACTORS = {"std_angle_rad": float(np.degrees(1))}
 
 
-def figure_4_14(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Figure:
+def figure_4_14(inputs: Any, params: Any) -> Figure:
     """The sampled points, from above and from the side, in each camera's frame (Fig. 4.14)."""
     figure, axes = plt.subplots(1, 2, figsize=(PAGE_IN, 2.9))
-    for name, table in sorted(tables.items()):
+    for name, table in sorted(by_sensor(params.names, inputs.tables).items()):
         tips = _places(table) * CENTIMETRES
         look = OTHER | SENSOR_LOOKS.get(name, {}) | PLACE_LOOKS.get(name, {})
         for panel, across in zip(axes, (0, 1), strict=True):
@@ -64,12 +63,12 @@ def figure_4_14(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Fig
         look = {"xycoords": "axes fraction", "textcoords": "offset points", "fontsize": TEXT_PT}
         panel.annotate(text, (0.01, 0.96), (22, 0), va="center", arrowprops=arrow, **look)
     axes[1].invert_yaxis()
-    return legend_below(figure, axes[0], provenance)
+    return legend_below(figure, axes[0], provenances(params))
 
 
-def figure_4_15(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Figure:
+def figure_4_15(inputs: Any, params: Any) -> Figure:
     """Mean deviation of the tip along x, y, z against the threshold (Fig. 4.15)."""
-    figure, axes, items = by_sensor_panels(tables, 3.0, sharey=True)
+    figure, axes, items = by_sensor_panels(by_sensor(params.names, inputs.tables), 3.0, sharey=True)
     for panel, (name, table) in zip(axes[0], items, strict=True):
         means = averages(table)
         for axis, look in AXIS_LOOKS.items():
@@ -82,29 +81,30 @@ def figure_4_15(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Fig
         panel.set_xlabel(THRESHOLD)
     axes[0, 0].set_ylabel("Mean standard deviation\nof the tip (mm)")
     axes[0, 0].set_ylim(bottom=0)
-    return legend_below(figure, axes[0, 0], provenance)
+    return legend_below(figure, axes[0, 0], provenances(params))
 
 
-def figure_4_16(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Figure:
-    """Mean deviation of the angle of the target's normal against the threshold (Fig. 4.16)."""
-    label = "Mean standard deviation\nof the angle (°)"
-    degrees = float(np.degrees(1))
-    return _by_threshold(tables, "std_angle_rad", label, provenance, factor=degrees)
+def by_threshold(inputs: Any, params: Any) -> Figure:
+    """One quantity of all sensors against the threshold (Fig. 4.16 to 4.18)."""
+    tables, factor = by_sensor(params.names, inputs.tables), FACTORS.get(params.column, 1.0)
+    figure, panel = plt.subplots(figsize=(COLUMN_IN, 2.5))
+    for name, table in sorted(tables.items()):
+        values, selected = averages(table)[params.column] * factor, select_threshold(table)
+        look = SENSOR_LOOKS.get(name, OTHER)
+        panel.plot(values.index, values, "-", ms=3.5, label=sensor_name(name), **look)
+        panel.plot(selected, values[selected], ls="", ms=8, mfc="none", **look)
+    panel.plot([], [], "o", ms=8, mfc="none", mec=GREY, label="selected")
+    panel.set(xlabel=THRESHOLD, ylabel=params.label)
+    panel.set_ylim(bottom=0)
+    # Above the panel: curves may be anywhere in it.
+    above = {"loc": "lower left", "bbox_to_anchor": (-0.02, 0.98), "ncols": len(tables) + 1}
+    panel.legend(columnspacing=1.2, handletextpad=0.4, **above)
+    return finished(figure, provenances(params))
 
 
-def figure_4_17(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Figure:
-    """Mean number of inliers against the threshold (Fig. 4.17)."""
-    return _by_threshold(tables, "inliers", "Mean number of inliers", provenance)
-
-
-def figure_4_18(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Figure:
-    """Mean reprojection error against the threshold (Fig. 4.18)."""
-    label = "Mean reprojection\nerror (px²)"
-    return _by_threshold(tables, "reprojection_error_px2", label, provenance)
-
-
-def figure_4_19(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Figure:
+def figure_4_19(inputs: Any, params: Any) -> Figure:
     """Deviation of the tip against the grid point's distance, per axis and sensor (Fig. 4.19)."""
+    tables = by_sensor(params.names, inputs.tables)
     size = (PAGE_IN, 2.0 * len(tables) + 0.5)
     figure, axes = plt.subplots(len(tables), 3, figsize=size, sharex=True, squeeze=False)
     letters = iter("abcdefghijkl")
@@ -127,48 +127,7 @@ def figure_4_19(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Fig
         row[0].set_ylabel("Standard deviation (mm)")
     for panel in axes[-1]:
         panel.set_xlabel("Distance from the camera (cm)")
-    return legend_below(figure, axes[0, 0], provenance)
-
-
-def _made_of_tables(draw: Callable) -> Callable[[Any, Any], Figure]:
-    """A figure of each sensor's points as the table of artefacts calls it."""
-
-    def make(inputs: Any, params: Any) -> Figure:
-        return draw(by_sensor(params.names, inputs.tables), provenances(params))
-
-    return make
-
-
-make_figure_4_14, make_figure_4_15, make_figure_4_16 = map(
-    _made_of_tables, (figure_4_14, figure_4_15, figure_4_16)
-)
-make_figure_4_17, make_figure_4_18, make_figure_4_19 = map(
-    _made_of_tables, (figure_4_17, figure_4_18, figure_4_19)
-)
-
-
-def _by_threshold(
-    tables: Mapping[str, pd.DataFrame],
-    column: str,
-    label: str,
-    provenance: set[str],
-    *,
-    factor: float = 1.0,
-) -> Figure:
-    """One quantity of all sensors against the threshold."""
-    figure, panel = plt.subplots(figsize=(COLUMN_IN, 2.5))
-    for name, table in sorted(tables.items()):
-        values, selected = averages(table)[column] * factor, select_threshold(table)
-        look = SENSOR_LOOKS.get(name, OTHER)
-        panel.plot(values.index, values, "-", ms=3.5, label=sensor_name(name), **look)
-        panel.plot(selected, values[selected], ls="", ms=8, mfc="none", **look)
-    panel.plot([], [], "o", ms=8, mfc="none", mec=GREY, label="selected")
-    panel.set(xlabel=THRESHOLD, ylabel=label)
-    panel.set_ylim(bottom=0)
-    # Above the panel: curves may be anywhere in it.
-    above = {"loc": "lower left", "bbox_to_anchor": (-0.02, 0.98), "ncols": len(tables) + 1}
-    panel.legend(columnspacing=1.2, handletextpad=0.4, **above)
-    return finished(figure, provenance)
+    return legend_below(figure, axes[0, 0], provenances(params))
 
 
 def _places(table: pd.DataFrame) -> NDArray:

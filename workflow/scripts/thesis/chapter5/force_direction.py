@@ -1,6 +1,6 @@
 """A body deformed by a force as measured and by one along the surface's normal (Fig. 5.12)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -19,6 +19,7 @@ from palpate.units import MILLIMETRES
 from scipy.spatial.transform import Rotation
 
 from thesis.chapter5.tracking_inputs import recordings_of
+from thesis.diagrams import provenances
 from thesis.minimise.objective import Objective, Problem
 from thesis.minimise.options import Load, Solid
 from thesis.minimise.problem import pose_problem
@@ -27,9 +28,9 @@ from thesis.views import View
 
 # Table 5.4, Bumblebee, both terms of the error.
 STUDY_E_PA, STUDY_NU = 130160.0, 0.2942
-TILT_DEG, TIMES = 5.0, 1.0
+TILT_DEG = 5.0
 MEASURED, TURNED = "as measured", "turned to the triangle's normal"
-LEANING = f"tilted by {TILT_DEG:g}° (not measured)"
+TILTED = f"tilted by {TILT_DEG:g}° (not measured)"
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Pressed:
     angle_deg : float
         Between force and inward normal of the contact.
     tilt_deg : float
-        Turn of the whole body about horizontal axes, that of a rigid motion fitted to all nodes.
+        Turn of the whole body about horizontal axes, of a rigid displacement fitted to all nodes.
     sideways_m : float
         Horizontal part of the mean displacement of the surface [m].
     """
@@ -52,20 +53,6 @@ class Pressed:
     angle_deg: float
     tilt_deg: float
     sideways_m: float
-
-
-def make_figure_5_12(inputs: Any, params: Any) -> Figure:
-    """The ball of the first sensor's capture under the force as measured, turned and tilted."""
-    recorded, fit = recordings_of(inputs, params.probes)[0], read_all(inputs.fits)[0]
-    tracked, load = load_tracked(inputs.tracked[0]), Load(force_rule=params.force_rule)
-    problems = problems_of(recorded, tracked, fit, load, Solid.read(params.solid))
-    normal = _normal_at(problems[TURNED].mesh, recorded, tracked)
-    known = {"normal": normal, "E": STUDY_E_PA, "nu": STUDY_NU}
-    contact = tracked.contact_point_m
-    cases = [(name, press(problem, contact, **known)) for name, problem in problems.items()]
-    view = _across(problems[LEANING].force_n.sum(axis=0))
-    note = _note(recorded.forces_n[fit["range"]["last_frame"]])
-    return figure_5_12(params.captures[0], cases, view, times=TIMES, note=note)
 
 
 def problems_of(
@@ -93,15 +80,17 @@ def problems_of(
         fineness=fineness,
     )
     measured = recorded.forces_n[frame]
-    leaning = turn @ tilted(measured @ turn, -(measured @ turn), TILT_DEG)
+    tilted_n = turn @ tilted(measured @ turn, -(measured @ turn), TILT_DEG)
     return {
         MEASURED: posed(measured, load=load.changed(turn_force=False)),
         TURNED: posed(measured, load=load.changed(turn_force=True)),
-        LEANING: posed(leaning, load=load.changed(turn_force=False)),
+        TILTED: posed(tilted_n, load=load.changed(turn_force=False)),
     }
 
 
-def press(problem: Problem, contact_m: NDArray, *, E: float, nu: float, normal: NDArray) -> Pressed:
+def deformed(
+    problem: Problem, contact_m: NDArray, *, E: float, nu: float, normal: NDArray
+) -> Pressed:
     """Linear elastic deformation of a posed problem under its nodal forces (Eq. 3.24).
 
     Parameters
@@ -133,7 +122,7 @@ def press(problem: Problem, contact_m: NDArray, *, E: float, nu: float, normal: 
 def tilted(force_n: NDArray, normal: NDArray, angle_deg: float) -> NDArray:
     """A force as strong, its direction this angle from the inward normal.
 
-    It leans to the side to which the given force leans; to x where that has none.
+    It is tilted to the side to which the given force is; to x where that has none.
     """
     inward = -np.asarray(normal) / np.linalg.norm(normal)
     aside = force_n - (force_n @ inward) * inward
@@ -144,34 +133,22 @@ def tilted(force_n: NDArray, normal: NDArray, angle_deg: float) -> NDArray:
     return np.linalg.norm(force_n) * (np.cos(angle) * inward + np.sin(angle) * aside)
 
 
-def figure_5_12(
-    capture: Mapping,
-    cases: Sequence[tuple[str, Pressed]],
-    view: View,
-    *,
-    times: float,
-    note: str,
-) -> Figure:
-    """Deformed body over the wire frame of the undeformed one, by direction of the force.
-
-    Parameters
-    ----------
-    capture : mapping
-    cases : sequence of (title, Pressed)
-    view : View
-    times : float
-        How many times the deformation is drawn.
-    note : str
-        Force, moduli and what is not measured.
-    """
+def figure_5_12(inputs: Any, params: Any) -> Figure:
+    """Ball under the force as measured, turned and tilted, over its wire frame (Fig. 5.12)."""
+    recorded, fit = recordings_of(inputs, params.probes)[0], read_all(inputs.fits)[0]
+    tracked, load = load_tracked(inputs.tracked[0]), Load(force_rule=params.force_rule)
+    problems = problems_of(recorded, tracked, fit, load, Solid.read(params.solid))
+    normal = _normal_at(problems[TURNED].mesh, recorded, tracked)
+    known = {"normal": normal, "E": STUDY_E_PA, "nu": STUDY_NU}
+    contact = tracked.contact_point_m
+    cases = [(name, deformed(problem, contact, **known)) for name, problem in problems.items()]
+    view = _across(problems[TILTED].force_n.sum(axis=0))
     figure, axes = panels(1, len(cases), 2.75, right=0.89, bottom_in=0.7)
     top = max(float(pressed.surface.displacement_mm().max()) for _, pressed in cases)
-    drawn = [_drawn(pressed.surface, times) for _, pressed in cases]
-    frame = view.frame(*drawn, cases[0][1].surface.rest_m)
-    for panel, letter, (title, pressed), vertices in zip(
-        axes[0], "abc", cases, drawn, strict=False
-    ):
-        surface = pressed.surface
+    surfaces = [pressed.surface for _, pressed in cases]
+    frame = view.frame(*(one.deformed_m for one in surfaces), surfaces[0].rest_m)
+    for panel, letter, (title, pressed) in zip(axes[0], "abc", cases, strict=False):
+        surface, vertices = pressed.surface, pressed.surface.deformed_m
         colours = coloured(surface.displacement_mm(), top)
         surface_panel(panel, vertices, surface.faces, view, frame, colours=colours)
         wire(panel, surface.rest_m, surface.faces, view)
@@ -184,10 +161,10 @@ def figure_5_12(
         panel.text(0.5, -0.03, text, transform=panel.transAxes, ha="center", va="top",
                    fontsize=SMALL)  # fmt: skip
     displacement_bar(figure, axes, top)
-    scale = "deformation as computed" if times == 1 else f"deformation drawn {times:g} times"
-    text = f"{sensor_name(capture['sensor'])}; {note}; {scale}"
-    figure.text(0.02, 0.02, text, fontsize=SMALL)
-    label_provenance(figure, {capture["provenance"]})
+    note = _note(recorded.forces_n[fit["range"]["last_frame"]])
+    name = sensor_name(params.captures[0]["sensor"])
+    figure.text(0.02, 0.02, f"{name}; {note}; deformation as computed", fontsize=SMALL)
+    label_provenance(figure, provenances(params))
     return figure
 
 
@@ -197,9 +174,9 @@ def _normal_at(mesh: SolidMesh, recorded: Recorded, tracked: Tracked) -> NDArray
     return outward_normal(mesh, contact_triangle(mesh, point, largest_distance_m=reach))
 
 
-def _across(lean: NDArray) -> View:
-    """View across the way that a force leans."""
-    return View(float(np.rad2deg(np.arctan2(lean[1], lean[0])) - 90), 8)
+def _across(force_n: NDArray) -> View:
+    """View across the direction to which a force is tilted."""
+    return View(float(np.rad2deg(np.arctan2(force_n[1], force_n[0])) - 90), 8)
 
 
 def _note(force_n: NDArray) -> str:
@@ -207,7 +184,3 @@ def _note(force_n: NDArray) -> str:
         f"force {np.linalg.norm(force_n):.1f} N, E {STUDY_E_PA / 1e3:.0f} kPa and nu"
         f" {STUDY_NU:.2f} of the study"
     )
-
-
-def _drawn(surface: Surface, times: float) -> NDArray:
-    return surface.rest_m + times * (surface.deformed_m - surface.rest_m)

@@ -1,4 +1,4 @@
-"""Repeated presses of a point and the fits at all points: Figures 5.3, A.1 and A.2."""
+"""Repeated indentations of a point and the fits at all points: Figures 5.3, A.1 and A.2."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -26,23 +26,14 @@ from palpate.report.style import (
 from palpate.units import KILOPASCALS, MILLIMETRES
 
 from thesis.chapter5.hertz_points import ROWS_OF_BLOCK
+from thesis.diagrams import provenances
 
 # Section 5.1: the study's recordings are shifted to meet at this force.
 ALIGNED_AT_N = 0.3
 
 
-def make_figure_5_3(inputs: Any, params: Any) -> Figure:
-    """Repeated recordings at one point, aligned at 0.3 N."""
-    return figure_5_3(params.captures, read_all(inputs.fits), pd.read_csv(inputs.published))
-
-
-def make_figure_a(inputs: Any, params: Any) -> Figure:
-    """Hertz fits at all points of the block, by one sensor."""
-    return figure_a(params.captures, read_all(inputs.fits))
-
-
 def aligned_depth(fit: Mapping, *, force_n: float = ALIGNED_AT_N) -> NDArray:
-    """Depth of all samples from where the press first passes a force (Fig. 5.3).
+    """Depth of all samples from where the indentation first passes a force (Fig. 5.3).
 
     Parameters
     ----------
@@ -59,30 +50,21 @@ def aligned_depth(fit: Mapping, *, force_n: float = ALIGNED_AT_N) -> NDArray:
     Raises
     ------
     ValueError
-        If the press does not pass the force.
+        If the indentation does not pass the force.
     """
     depth, force, used = samples_of(fit)
     over = np.flatnonzero(force[: used.stop] >= force_n)
     if not len(over) or over[0] == 0:
         found = f"{force[0]:.3g} to {force.max():.3g} N"
-        raise ValueError(f"force: expected a press that passes {force_n:g} N, found {found}")
+        raise ValueError(f"force: expected an indentation that passes {force_n:g} N, found {found}")
     k = slice(over[0] - 1, over[0] + 1)
     return depth - np.interp(force_n, force[k], depth[k])
 
 
-def figure_5_3(
-    captures: Sequence[Mapping], fits: Sequence[Mapping], published: pd.DataFrame
-) -> Figure:
-    """Repeated recordings at one point, aligned at 0.3 N, and their moduli (Fig. 5.3).
-
-    Parameters
-    ----------
-    captures : sequence of mapping
-    fits : sequence of mapping
-        hertz.json of each attempt.
-    published : DataFrame
-        config/published/table_5_1.csv.
-    """
+def figure_5_3(inputs: Any, params: Any) -> Figure:
+    """Repeated recordings at one point, aligned at 0.3 N, and their moduli (Fig. 5.3)."""
+    captures, fits = params.captures, read_all(inputs.fits)
+    published = pd.read_csv(inputs.published)
     figure, (curves, moduli) = plt.subplots(1, 2, figsize=(PAGE_IN, 3.0), width_ratios=(1.7, 1))
     _attempts_panel(curves, fits)
     ours = np.array([fit["study"]["reduced_modulus_pa"] for fit in fits])
@@ -90,22 +72,15 @@ def figure_5_3(
     first = captures[0]
     title = f"{sensor_name(first['sensor'])}, point {first['point']}, {len(fits)} recordings"
     curves.set_title(title)
-    figure = finished(figure, {capture["provenance"] for capture in captures})
+    figure = finished(figure, provenances(params))
     entitle(curves, title, "a")
     entitle(moduli, "Reduced modulus", "b")
     return figure
 
 
-def figure_a(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> Figure:
-    """Hertz fits at all points of the block by one sensor (Fig. A.1 and A.2).
-
-    Parameters
-    ----------
-    captures : sequence of mapping
-        One capture for each point, all of one sensor.
-    fits : sequence of mapping
-        hertz.json of each.
-    """
+def figure_a(inputs: Any, params: Any) -> Figure:
+    """Hertz fits at all points of the block by one sensor (Fig. A.1 and A.2)."""
+    captures, fits = params.captures, read_all(inputs.fits)
     by_point = {int(c["point"]): fit for c, fit in zip(captures, fits, strict=True)}
     columns = -(-max(by_point) // ROWS_OF_BLOCK)
     figure, axes = plt.subplots(
@@ -120,7 +95,7 @@ def figure_a(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> Figure:
     handles = next(panel.get_lines() for panel in axes.flat if panel.get_lines())
     figure.legend(handles=handles, loc="upper right", ncols=3, borderaxespad=0.2)
     figure.text(0.012, 0.975, sensor_name(captures[0]["sensor"]), weight="bold", va="center")
-    figure = finished(figure, {capture["provenance"] for capture in captures})
+    figure = finished(figure, provenances(params))
     figure.subplots_adjust(left=0.075, bottom=0.13, top=0.93, wspace=0.1, hspace=0.14)
     return figure
 

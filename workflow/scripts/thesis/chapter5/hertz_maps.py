@@ -1,6 +1,6 @@
 """Where the block was pressed, and its modulus over the block: Figures 5.1 and 5.4."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -9,7 +9,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
 from palpate.capture.images import Stream
 from palpate.json_fields import read_all, read_one
@@ -31,77 +30,39 @@ from palpate.units import KILOPASCALS, MILLIMETRES
 from palpate.vision.camera import camera_from_spec, with_calibration
 from palpate.yaml_files import load_yaml
 
-from thesis.chapter5.hertz_points import ROWS_OF_BLOCK, hertz_table, table_5_2
+from thesis.chapter5.hertz_points import ROWS_OF_BLOCK, correlation, hertz_table, table_5_2
+from thesis.diagrams import HALO, provenances
 
 MAP = "cividis"
-FEWEST = 3
-HALO = [Stroke(linewidth=1.8, foreground="white"), Normal()]
 MARGIN = 0.12
 
 
-def make_figure_5_1(inputs: Any, params: Any) -> Figure:
-    """Figure 5.1: the declared points in the first frame of the capture and in the plan."""
-    declared = load_yaml(inputs.object)
-    points = {name: _position(declared["points"][name]) for name in sorted(declared["points"])}
+def figure_5_1(inputs: Any, params: Any) -> Figure:
+    """Declared points in a capture's first frame and in the block's plan to scale (Fig. 5.1)."""
+    (capture,), declared = params.captures, load_yaml(inputs.object)
+    points = {name: np.array(p["position_m"], float) for name, p in declared["points"].items()}
+    points = dict(sorted(points.items()))
     pose = load_alignment(inputs.alignment).camera_from_object
     camera = camera_from_spec(_sensor(inputs, params)["color"])
     pixels = camera.project(to_camera(pose, np.array(list(points.values()))))
     vertices = read_template(inputs.template, unit=declared["template"]["unit"]).vertices_m[:, :2]
     outline = np.array([vertices.min(axis=0), vertices.max(axis=0)])
     photo = Stream(inputs.recorded, params.sensor)[0]
-    return figure_5_1(photo, pixels, points, outline, capture=params.captures[0])
-
-
-def make_figure_5_4(inputs: Any, params: Any) -> Figure:
-    """Figure 5.4 from the fits and the published table."""
-    hertz = hertz_table(params.captures, read_all(inputs.fits))
-    table = table_5_2(hertz, pd.read_csv(inputs.published), block=params.block)
-    return figure_5_4(params.captures, table)
-
-
-def figure_5_1(
-    photo: NDArray,
-    pixels: NDArray,
-    points: Mapping[str, NDArray],
-    outline_m: NDArray,
-    *,
-    capture: Mapping,
-) -> Figure:
-    """Sample points in a photograph of the block and in its plan to scale (Fig. 5.1).
-
-    Parameters
-    ----------
-    photo : (h, w) or (h, w, 3) uint8 array
-        Frame of the capture's reference camera.
-    pixels : (n, 2) array
-        Points in it [px].
-    points : mapping
-        Position (3,) of each point by its number, object frame [m].
-    outline_m : (2, 2) array
-        Least and greatest x and y of the block, object frame [m].
-    capture : mapping
-        ``sensor, capture, provenance``.
-    """
     figure, (above, below) = plt.subplots(2, 1, figsize=(PAGE_IN, 5.0), height_ratios=(1.25, 1))
     _photo_panel(above, photo, pixels, list(points))
-    _plan_panel(below, points, outline_m)
+    _plan_panel(below, points, outline)
     for panel in (above, below):
         panel.set_title("room for the title")
-    figure = finished(figure, {capture["provenance"]})
+    figure = finished(figure, provenances(params))
     entitle(above, f"{sensor_name(capture['sensor'])}, recording {capture['capture']}", "a")
     entitle(below, "Plan, to scale", "b")
     return figure
 
 
-def figure_5_4(captures: Sequence[Mapping], table: pd.DataFrame) -> Figure:
-    """E* over the block per sensor, beside the published values in one scale (Fig. 5.4).
-
-    Parameters
-    ----------
-    captures : sequence of mapping
-    table : DataFrame
-        Of `table_5_2`.
-    """
+def figure_5_4(inputs: Any, params: Any) -> Figure:
+    """E* over the block per sensor, beside the published values in one scale (Fig. 5.4)."""
+    hertz = hertz_table(params.captures, read_all(inputs.fits))
+    table = table_5_2(hertz, pd.read_csv(inputs.published), block=params.block)
     sensors = sorted(set(table["sensor"]))
     size = (PAGE_IN, 1.1 * len(sensors) + 0.5)
     figure, axes = plt.subplots(len(sensors), 2, figsize=size, squeeze=False, layout="constrained")
@@ -118,7 +79,7 @@ def figure_5_4(captures: Sequence[Mapping], table: pd.DataFrame) -> Figure:
         panel.set_xlabel("Column")
     figure.colorbar(image, ax=axes, label="E* (kPa)", shrink=0.8, aspect=30)
     figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))
-    label_provenance(figure, {capture["provenance"] for capture in captures})
+    label_provenance(figure, provenances(params))
     return figure
 
 
@@ -129,24 +90,6 @@ def modulus_map(table: pd.DataFrame, column: str) -> NDArray:
     return found
 
 
-def correlation(table: pd.DataFrame) -> float:
-    """Pearson's correlation of our moduli with the published ones.
-
-    Raises
-    ------
-    ValueError
-        If fewer than three points have both.
-    """
-    pairs = table[["reduced_modulus_pa", "published_reduced_modulus_pa"]].dropna()
-    if len(pairs) < FEWEST:
-        raise ValueError(f"points: expected at least {FEWEST} with both, found {len(pairs)}")
-    return float(np.corrcoef(pairs.to_numpy(float).T)[0, 1])
-
-
-def _position(point: Mapping) -> NDArray:
-    return np.array(point["position_m"], dtype=float)
-
-
 def _sensor(inputs: Any, params: Any) -> Mapping:
     """The sensor, with the optics of its own calibration where the rule gives one."""
     calibration = read_one(inputs.optics)
@@ -154,9 +97,10 @@ def _sensor(inputs: Any, params: Any) -> Mapping:
 
 
 def _agreement(table: pd.DataFrame) -> str:
-    if table["published_reduced_modulus_pa"].notna().sum() < FEWEST:
+    found = correlation(table, "reduced_modulus_pa")
+    if found is None:
         return "too few points to correlate"
-    return f"correlation {correlation(table):.2f}".replace("-", "\N{MINUS SIGN}")
+    return f"correlation {found:.2f}".replace("-", "\N{MINUS SIGN}")
 
 
 def _map_panel(axes: Axes, values_pa: NDArray, limits: tuple[float, float]):

@@ -1,4 +1,4 @@
-"""Repeated presses and the block's points: Tables 5.1 and 5.2."""
+"""Repeated indentations and the block's points: Tables 5.1 and 5.2."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -21,7 +21,7 @@ MODULI = [
 ]
 SPREAD = {"mean": lambda x: x.mean(), "standard deviation (n-1)": lambda x: x.std(ddof=1)}
 FEWEST_FOR_CORRELATION = 3
-REPEATED_TITLE = "Table 5.1: reduced modulus E* of repeated presses (Pa)"
+REPEATED_TITLE = "Table 5.1: reduced modulus E* of repeated indentations (Pa)"
 POINTS_TITLE = "Table 5.2: reduced modulus E* from the Hertz fit (Pa)"
 HOMOGENEOUS_NOTE = (
     "The virtual lab's block is homogeneous, and its edges make it at most 1 to 2 % softer: the"
@@ -30,7 +30,7 @@ HOMOGENEOUS_NOTE = (
 
 
 def make_table_5_1(inputs: Any, params: Any) -> dict:
-    """Reduced modulus of repeated presses of one point."""
+    """Reduced modulus of repeated indentations of one point."""
     hertz = hertz_table(params.captures, read_all(inputs.fits))
     table = table_5_1(hertz, pd.read_csv(inputs.published))
     return published.table(tables.rounded(table), title=REPEATED_TITLE)
@@ -164,7 +164,8 @@ def pattern_correlation(table: pd.DataFrame) -> pd.DataFrame:
         for name in MODULI:
             row = {"sensor": sensor, "modulus": name.removesuffix("_pa"), "points": len(group)}
             for method in ("pearson", "spearman"):
-                row[method] = _correlation(group, name, method)
+                found = correlation(group, name, method)
+                row[method] = None if found is None else round(found, 3)
             rows.append(row | {"provenance": "/".join(sorted(set(group["provenance"])))})
     return pd.DataFrame(rows)
 
@@ -181,10 +182,12 @@ def _notes(table: pd.DataFrame, pattern: pd.DataFrame) -> list[str]:
     return lines + [HOMOGENEOUS_NOTE] * bool(simulated)
 
 
-def _correlation(group: pd.DataFrame, name: str, method: str) -> float | None:
+def correlation(table: pd.DataFrame, name: str, method: str = "pearson") -> float | None:
+    """Correlation of a column of Table 5.2 with the published values; None where it has none."""
+    group = table.dropna(subset=["published_reduced_modulus_pa"])
     one, other = (group[column].astype(float) for column in (name, "published_reduced_modulus_pa"))
     if len(group) < FEWEST_FOR_CORRELATION or np.ptp(one) == 0 or np.ptp(other) == 0:
         return None
     if method == "spearman":
         one, other = one.rank(), other.rank()
-    return round(float(np.corrcoef(one, other)[0, 1]), 3)
+    return float(np.corrcoef(one, other)[0, 1])

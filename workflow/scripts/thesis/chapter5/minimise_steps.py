@@ -1,6 +1,6 @@
 """Error minimisation of one simulated capture with one change after the other, and each alone.
 
-The true surface serves rows of its own, which tell what a perfect tracker would leave.
+The true surface serves rows of its own, which show what a perfect tracker would leave.
 """
 
 import json

@@ -1,6 +1,6 @@
 """Mismatch of tracked and computed deformation: Figures 5.10, 5.15 and 5.18."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,23 +9,21 @@ import meshio
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patheffects import Normal, Stroke
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 from palpate.report.panels import named
 from palpate.report.style import BLACK, ORANGE, PAGE_IN, SMALL, label_provenance, sensor_name
+from palpate.report.surface_figures import ZOOM_M
 from palpate.solid.mesh import read_solid
 from palpate.surface.tracked import load_tracked
 from palpate.units import MILLIMETRES
 
+from thesis.diagrams import HALO, provenances
 from thesis.panels import coloured, displacement_bar, panels, scale_bar, surface_panel
 from thesis.views import View, view_from
 
 HALF_TURN_DEG = 180.0
 RIGHT, ROOM_IN = 0.87, 0.62
-HALO = [Stroke(linewidth=2.2, foreground="white"), Normal()]
-# Of Figure 5.10: half the width about the contact.
-ZOOM_M = 0.040
 MAP = "cividis"
 
 
@@ -39,20 +37,9 @@ class Mismatch:
     contact_m: NDArray
 
 
-def make_figure_5_10(inputs: Any, params: Any) -> Figure:
-    """Mismatch on the block, from above."""
-    return figure_5_10(params.captures, _read_mismatches(inputs))
-
-
-def make_mismatch_views(inputs: Any, params: Any) -> Figure:
-    """Mismatch from the side of the camera and from behind."""
-    poses = [load_tracked(path).camera_from_object for path in inputs.tracked]
-    views = [view_from(pose, elevation_deg=params.elevation_deg) for pose in poses]
-    return mismatch_views(params.captures, _read_mismatches(inputs), views)
-
-
-def figure_5_10(captures: Sequence[Mapping], views: Sequence[Mismatch]) -> Figure:
+def figure_5_10(inputs: Any, params: Any) -> Figure:
     """Mismatch of tracked and computed deformation from above, a row per sensor (Fig. 5.10)."""
+    captures, views = params.captures, _read_mismatches(inputs)
     count = len(views)
     figure, axes = plt.subplots(
         count,
@@ -70,29 +57,16 @@ def figure_5_10(captures: Sequence[Mapping], views: Sequence[Mismatch]) -> Figur
         row[1].set_title("at the contact")
         figure.colorbar(image, ax=row[1], label="Mismatch (mm)", shrink=0.85)
     figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))
-    label_provenance(figure, {capture["provenance"] for capture in captures})
+    label_provenance(figure, provenances(params))
     return figure
 
 
-def mismatch_views(
-    captures: Sequence[Mapping], shown: Sequence[Mismatch], views: Sequence[View]
-) -> Figure:
-    """Mismatch of tracked and computed deformation from two sides, a row per sensor.
-
-    Parameters
-    ----------
-    captures : sequence of mapping
-    shown : sequence of Mismatch
-        Of each capture, in its object frame.
-    views : sequence of View
-        From where each capture's camera stood; the second column shows the far side.
-
-    Returns
-    -------
-    Figure
-        Figures 5.15 and 5.18.
-    """
-    turned = [(view, _behind(view)) for view in views]
+def mismatch_views(inputs: Any, params: Any) -> Figure:
+    """Mismatch from the camera's side and from behind, a row per sensor (Fig. 5.15 and 5.18)."""
+    captures, shown = params.captures, _read_mismatches(inputs)
+    poses = [load_tracked(path).camera_from_object for path in inputs.tracked]
+    views = [view_from(pose, elevation_deg=params.elevation_deg) for pose in poses]
+    turned = [(one, View(one.azimuth_deg + HALF_TURN_DEG, one.elevation_deg)) for one in views]
     frames = [_frames(one, sides) for one, sides in zip(shown, turned, strict=True)]
     figure, axes = panels(len(captures), 2, _height_in(frames), right=RIGHT)
     top = max(float(one.mismatch_m.max()) for one in shown) * MILLIMETRES
@@ -104,11 +78,12 @@ def mismatch_views(
         for panel, view, frame, title in zip(row, sides, framed, titles, strict=True):
             _panel(panel, one, view, frame, top)
             named(panel, next(letters), title)
-        _cross(row[0], sides[0].project(one.contact_m[None])[0])
+        cross = sides[0].project(one.contact_m[None])[0, :2]
+        row[0].plot(*cross, "+", color=BLACK, ms=9, mew=1.3, zorder=6, path_effects=HALO)
         _numbers(row[1], one.mismatch_m[np.unique(one.triangles)] * MILLIMETRES)
     displacement_bar(figure, axes, top, label="Mismatch (mm)")
     figure.text(0.02, 0.012, "cross: contact", fontsize=SMALL)
-    label_provenance(figure, {capture["provenance"] for capture in captures})
+    label_provenance(figure, provenances(params))
     return figure
 
 
@@ -148,10 +123,6 @@ def _plan_panel(axes: Axes, view: Mismatch, limit: float, zoom_m: float | None):
     return image
 
 
-def _behind(view: View) -> View:
-    return View(view.azimuth_deg + HALF_TURN_DEG, view.elevation_deg)
-
-
 def _frames(one: Mismatch, sides: Sequence[View]) -> list[NDArray]:
     """Frames of one size about the object in each view, (4,) arrays [mm]."""
     tight = np.array([view.frame(one.nodes_m) for view in sides])
@@ -170,10 +141,6 @@ def _panel(axes: Axes, one: Mismatch, view: View, frame: NDArray, top_mm: float)
     colours = coloured(one.mismatch_m * MILLIMETRES, top_mm)
     surface_panel(axes, one.nodes_m, one.triangles, view, frame, colours=colours, edges=True)
     scale_bar(axes, 20, frame)
-
-
-def _cross(axes: Axes, place: NDArray) -> None:
-    axes.plot(*place[:2], "+", color=BLACK, ms=9, mew=1.3, zorder=6, path_effects=HALO)
 
 
 def _numbers(axes: Axes, mismatch_mm: NDArray) -> None:

@@ -1,6 +1,6 @@
 """Rigid alignment that may slide along an object, with and without what holds it (Fig. 5.6)."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -28,6 +28,7 @@ from palpate.yaml_files import load_yaml
 from scipy.spatial import cKDTree
 
 from thesis.chapter5.tracking_inputs import last_frames, recordings_of
+from thesis.diagrams import provenances
 from thesis.panels import cloud_panel, panels, scale_bar
 from thesis.tracker.capture import undeformed_points
 from thesis.views import View
@@ -54,29 +55,14 @@ TITLES = {
 NOTE = (
     f"Cloud cut to {1e3 * KEPT_M[0]:g} to {1e3 * KEPT_M[1]:g} mm from the block's end;"
     f" a, b, c: first pose shifted {1e3 * SHOWN_M:g} mm; black: template.\n"
-    "Each vertex pairs with the nearest point within"
+    "Each vertex pairs with the nearest point within dr = {dr_mm:g} mm: on flat faces any shift"
+    " stays, with added points too."
 )
 
 
 @dataclass(frozen=True)
-class Slides:
-    """Where alignments end that start shifted along the object.
-
-    Attributes
-    ----------
-    shifts_m : (k,) array
-        Along the object's x axis, of the first pose from the right one [m].
-    left_m : dict of str to (k,) array
-        How far each way of aligning is from the right pose in the end [m].
-    """
-
-    shifts_m: NDArray
-    left_m: Mapping[str, NDArray]
-
-
-@dataclass(frozen=True)
-class Way:
-    """A way to align.
+class Case:
+    """An alignment of the cloud.
 
     Attributes
     ----------
@@ -91,30 +77,17 @@ class Way:
     added_m: NDArray
 
 
-def make_figure_5_6(inputs: Any, params: Any) -> Figure:
-    """The cut cloud of a point at the block's end, aligned from shifted poses."""
-    recorded, frame = recordings_of(inputs, params.probes)[0], last_frames(inputs)[0]
-    options = Aligning.read(params.options)
-    known = _resting(inputs, recorded, params.captures[0]["point"])
-    ways = ways_of(recorded, frame, known, options)
-    right = recorded.alignment.camera_from_object
-    left = {name: np.array([_slid(w, right, s) for s in SHIFTS_M]) for name, w in ways.items()}
-    shown = [_shown(title, ways[name], right) for name, title in TITLES.items()]
-    slides, note = Slides(SHIFTS_M, left), _note(options)
-    return figure_5_6(params.captures[0], recorded.template, shown, slides, note=note)
-
-
-def ways_of(
+def cases_of(
     recorded: Recorded, frame: int, known: RestingPrior, options: Aligning
-) -> dict[str, Way]:
-    """Ways to align a frame's cloud, by name.
+) -> dict[str, Case]:
+    """Alignments of a frame's cloud, by name.
 
     Parameters
     ----------
     recorded : Recorded
     frame : int
     known : RestingPrior
-        What table and touched point tell of the object's place.
+        What table and touched point say of the object's place.
     options : Aligning
     """
     template, none = recorded.template, np.zeros((0, 3))
@@ -129,15 +102,15 @@ def ways_of(
     nearest = partial(align_to_nearest, template, **within)
     held = partial(align_rigidly, template, *cut, resting=known, **within)
     return {
-        ALONE: Way(partial(nearest, *cut), cut[0], none),
-        WHOLE: Way(partial(nearest, whole, normals), whole, none),
-        ADDED: Way(partial(nearest, *more), cut[0], added[0]),
-        HELD: Way(held, cut[0], none),
+        ALONE: Case(partial(nearest, *cut), cut[0], none),
+        WHOLE: Case(partial(nearest, whole, normals), whole, none),
+        ADDED: Case(partial(nearest, *more), cut[0], added[0]),
+        HELD: Case(held, cut[0], none),
     }
 
 
 def added_places(recorded: Recorded) -> tuple[NDArray, NDArray]:
-    """Points of the template that no camera sees and no press reaches, and their normals.
+    """Points of the template that no camera sees and no indentation reaches, and their normals.
 
     As close as a cloud's: the template's own vertices would lock it at multiples of its edges.
     """
@@ -208,27 +181,14 @@ def without_ends(points_m: NDArray, *, low_m: float, high_m: float) -> NDArray:
     return (points_m[:, 0] > low_m) & (points_m[:, 0] < high_m)
 
 
-def figure_5_6(
-    capture: Mapping,
-    template: Template,
-    slid: Sequence[tuple[str, NDArray, NDArray]],
-    slides: Slides,
-    *,
-    note: str,
-) -> Figure:
-    """Cloud on the template where alignments end, and how far they are off (Fig. 5.6).
-
-    Parameters
-    ----------
-    capture : mapping
-    template : Template
-        Object frame.
-    slid : sequence of (title, cloud (n, 3), added (k, 3))
-        Cloud and added points as each alignment places them in the object frame [m].
-    slides : Slides
-    note : str
-        What was cut and shifted.
-    """
+def figure_5_6(inputs: Any, params: Any) -> Figure:
+    """Cloud of a point at the block's end where alignments end, and their slides (Fig. 5.6)."""
+    recorded, frame = recordings_of(inputs, params.probes)[0], last_frames(inputs)[0]
+    options, template = Aligning.read(params.options), recorded.template
+    known = _resting(inputs, recorded, params.captures[0]["point"])
+    cases = cases_of(recorded, frame, known, options)
+    right = recorded.alignment.camera_from_object
+    slid = [_shown(title, cases[name], right) for name, title in TITLES.items()]
     rows = len(slid)
     figure, axes = panels(rows, 2, 1.35 * rows + 0.75, widths=[1.75, 1], wspace=0.28)
     view = View(-90, 55)
@@ -244,25 +204,27 @@ def figure_5_6(
     for panel in axes[1:, 1]:
         panel.remove()
     chart = axes[0, 1]
-    chart.set_position(_tall(axes[0, 1], axes[-1, 1]))
-    colours = (ORANGE, GREY, GREEN, BLUE)
-    lines = zip(slides.left_m.items(), colours, ("o", "s", "^", "D"), strict=False)
-    for (name, left), colour, mark in lines:
-        chart.plot(slides.shifts_m * MILLIMETRES, left * MILLIMETRES, color=colour, marker=mark,
-                   ms=3.2, lw=1.0, label=name)  # fmt: skip
+    high, low = chart.get_position(), axes[-1, 1].get_position()
+    chart.set_position((high.x0, low.y0 + 0.03, high.width, high.y1 - low.y0 - 0.03))
+    looks = zip(cases.items(), (ORANGE, GREY, GREEN, BLUE), "os^D", strict=True)
+    for (name, case), colour, mark in looks:
+        left_m = np.array([_slid(case, right, shift) for shift in SHIFTS_M])
+        look = {"color": colour, "marker": mark, "ms": 3.2, "lw": 1.0, "label": name}
+        chart.plot(SHIFTS_M * MILLIMETRES, left_m * MILLIMETRES, **look)
     chart.axhline(0, color=BLACK, lw=0.5, zorder=0)
     chart.set(xlabel="First pose shifted along the block (mm)", ylabel="Slide in the end (mm)")
     chart.legend(loc="upper left", fontsize=SMALL, handlelength=1.3)
     low, high = chart.get_ylim()
     chart.set_ylim(low, high + 0.22 * (high - low))
     named(chart, "abcdef"[rows], "slide")
-    figure.text(0.02, 0.012, note, fontsize=SMALL)
-    label_provenance(figure, {capture["provenance"]})
+    dr_mm = options.largest_distance_m * MILLIMETRES
+    figure.text(0.02, 0.012, NOTE.format(dr_mm=dr_mm), fontsize=SMALL)
+    label_provenance(figure, provenances(params))
     return figure
 
 
 def _resting(inputs: Any, recorded: Recorded, point: str) -> RestingPrior:
-    """What table and touched point tell of the block's place."""
+    """What table and touched point say of the block's place."""
     declared = load_yaml(inputs.object[0])["points"][point]
     plane = read_plane(inputs.planes[0])
     frame = recorded.alignment.contact_frame
@@ -279,26 +241,14 @@ def _kept(recorded: Recorded, cloud_m: NDArray) -> NDArray:
     return without_ends(placed, low_m=end - KEPT_M[1], high_m=end - KEPT_M[0])
 
 
-def _slid(way: Way, right: NDArray, shift_m: float) -> float:
+def _slid(case: Case, right: NDArray, shift_m: float) -> float:
     """How far off an alignment ends that starts shifted [m]."""
-    return slide(way.align(shifted(right, shift_m)), right, np.zeros(3))
+    return slide(case.align(shifted(right, shift_m)), right, np.zeros(3))
 
 
-def _shown(title: str, way: Way, right: NDArray) -> tuple[str, NDArray, NDArray]:
-    """Panel of a way: how far it slid, and where it places the points."""
-    pose = way.align(shifted(right, SHOWN_M))
+def _shown(title: str, case: Case, right: NDArray) -> tuple[str, NDArray, NDArray]:
+    """Panel of an alignment: how far it slid, and where it places the points."""
+    pose = case.align(shifted(right, SHOWN_M))
     slid = 1e3 * slide(pose, right, np.zeros(3))
-    cloud, added = (to_object(pose, points) for points in (way.cloud_m, way.added_m))
+    cloud, added = (to_object(pose, points) for points in (case.cloud_m, case.added_m))
     return f"{title}: slid {slid:+.1f} mm", cloud, added
-
-
-def _note(options: Aligning) -> str:
-    """What was cut, shifted and sought, in words under the figure."""
-    reach = f" dr = {1e3 * options.largest_distance_m:g} mm"
-    return f"{NOTE}{reach}: on flat faces any shift stays, with added points too."
-
-
-def _tall(upper, lower):
-    """Place of a panel over the whole column."""
-    high, low = upper.get_position(), lower.get_position()
-    return (high.x0, low.y0 + 0.03, high.width, high.y1 - low.y0 - 0.03)

@@ -2,20 +2,45 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from string import ascii_lowercase
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from palpate.json_fields import read_all, read_by_folder
 from palpate.report import tables
+from palpate.report.style import (
+    BLACK,
+    BLUE,
+    ERROR_NAMES,
+    GREY,
+    ORANGE,
+    PAGE_IN,
+    SMALL,
+    label_provenance,
+    panel_letter,
+    sensor_name,
+)
 from palpate.report.tables import CAPTURE
 
-from thesis.chapter5 import steps_figure
+from thesis.chapter5.minimise_steps import ALONE, TRUE
+from thesis.diagrams import DASHED
 
-# The force is that of a material which has relaxed since the press began, about so long ago.
-PRESS_S = 1.0
+# The force is that of a material which has relaxed since the indentation began, about so long ago.
+INDENTED_S = 1.0
 FOUND = ["youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa"]
 RATIOS = ["youngs_modulus_ratio", "relaxed_modulus_ratio", "poisson_ratio_error"]
+COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
+SPREAD = 0.16
+HEIGHT_IN = 5.4
+RATIO_TICKS = (0.5, 0.8, 1.0, 1.25, 2.0, 4.0)
+ROWS = {
+    "relaxed_modulus_ratio": "E over the truth\na second after a step",
+    "poisson_ratio": "Poisson's ratio",
+}
 TITLE = "The study's error minimisation, one change after the other"
 NOTES = (
     "Medians over the captures of an object. The force is that of a material that relaxes while it"
@@ -35,7 +60,7 @@ def make_minimise_steps_table(inputs: Any, params: Any) -> dict:
     return {
         "csv": tables.rounded(whole),
         "md": tables.to_markdown(short, title=TITLE, notes=notes),
-        "figure": steps_figure.minimise_steps(whole, params.shown),
+        "figure": steps_figure(whole, params.shown),
     }
 
 
@@ -128,7 +153,7 @@ def _named(changes: Mapping) -> str:
 
 def _against(step: Mapping, material: Mapping) -> dict:
     E, nu = step["youngs_modulus_pa"], step["poisson_ratio"]
-    relaxed = relaxed_modulus(material, PRESS_S)
+    relaxed = relaxed_modulus(material, INDENTED_S)
     return {
         "youngs_modulus_ratio": round(E / material["youngs_modulus_pa"], 4),
         "relaxed_modulus_ratio": round(E / relaxed, 4),
@@ -136,3 +161,84 @@ def _against(step: Mapping, material: Mapping) -> dict:
         "true_relaxed_modulus_pa": relaxed,
         **{f"true_{name}": material[name] for name in FOUND},
     }
+
+
+def steps_figure(table: pd.DataFrame, error: str) -> Figure:
+    """E over the truth and nu of each capture, by object and step, with one error option."""
+    shown = table[table["error"] == error]
+    names, size = list(dict.fromkeys(shown["object"])), (PAGE_IN, HEIGHT_IN)
+    shared = {"sharex": True, "sharey": "row", "squeeze": False}
+    figure, axes = plt.subplots(2, len(names), figsize=size, **shared)
+    for k, name in enumerate(names):
+        mine = shown[shown["object"] == name]
+        for panel, column in zip(axes[:, k], ROWS, strict=True):
+            _draw(panel, mine, column)
+        axes[0, k].set_title(name.replace("foam_", "").capitalize())
+    for panel, letter in zip(axes.flat, ascii_lowercase, strict=False):
+        panel_letter(panel, letter)
+    for row, label in zip(axes[:, 0], ROWS.values(), strict=True):
+        row.set_ylabel(label)
+    _ratio_axis(axes[0, 0])
+    axes[1, 0].set_ylim(0, 0.5)
+    figure.tight_layout(rect=(0, 0.09, 1, 1))
+    _explain(figure, shown, error)
+    label_provenance(figure, set(shown["provenance"]))
+    return figure
+
+
+def _draw(panel: Axes, rows: pd.DataFrame, column: str) -> None:
+    """Each capture's steps joined, those that stand alone beside them, and the truth."""
+    steps = list(dict.fromkeys(rows["step"]))
+    keys = list(dict.fromkeys(zip(rows["sensor"], rows["capture"], strict=True)))
+    for shift, (sensor, capture) in zip(_spread(len(keys)), keys, strict=True):
+        mine = rows[(rows["sensor"] == sensor) & (rows["capture"] == capture)]
+        look = {"color": COLOURS.get(sensor, GREY), "ms": 3.5, "lw": 0.7, "clip_on": False}
+        for part, style in _parts(mine):
+            place = np.array([steps.index(step) for step in part["step"]]) + shift
+            panel.plot(place, part[column], **style, **look)
+    true = 1.0 if column != "poisson_ratio" else rows["true_poisson_ratio"].iloc[0]
+    panel.axhline(true, color=BLACK, lw=0.8, ls=DASHED)
+    labels = [step.replace("_", " ") for step in steps]
+    panel.set_xticks(range(len(steps)), labels, rotation=55, ha="right", fontsize=SMALL)
+
+
+def _parts(rows: pd.DataFrame) -> list[tuple[pd.DataFrame, dict]]:
+    """Steps added in turn, each alone, and those on the true surface, with how they look."""
+    kinds = rows["kind"]
+    return [
+        (rows[~kinds.isin([ALONE, TRUE])], {"marker": "o", "ls": "-"}),
+        (rows[kinds == ALONE], {"marker": "x", "ls": ""}),
+        (rows[kinds == TRUE], {"marker": "o", "ls": ":", "mfc": "white"}),
+    ]
+
+
+def _ratio_axis(panel: Axes) -> None:
+    """Logarithmic, so that half and double stand alike, with plain numbers."""
+    panel.set_yscale("log")
+    low, high = panel.get_ylim()
+    low, high = min(low, RATIO_TICKS[1]), max(high, RATIO_TICKS[3])
+    ticks = [tick for tick in RATIO_TICKS if low <= tick <= high]
+    panel.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    panel.minorticks_off()
+    panel.set_ylim(low, high)
+
+
+def _spread(count: int) -> np.ndarray:
+    return np.linspace(-SPREAD, SPREAD, count) if count > 1 else np.zeros(1)
+
+
+def _explain(figure: Figure, rows: pd.DataFrame, error: str) -> None:
+    look = {"ms": 3.5, "lw": 0.7}
+    lines = {
+        f"{sensor_name(name)}, added in turn": {"color": COLOURS.get(name, GREY), "marker": "o"}
+        for name in dict.fromkeys(rows["sensor"])
+    }
+    lines["alone"] = {"marker": "x", "ls": ""}
+    lines["on the true surface"] = {"marker": "o", "ls": ":", "mfc": "white"}
+    lines["truth"] = {"lw": 0.8, "ls": DASHED}
+    handles = [
+        plt.Line2D([], [], **({"color": BLACK} | look | line), label=name)
+        for name, line in lines.items()
+    ]
+    title, place = f"error of {ERROR_NAMES[error]}", {"bbox_to_anchor": (0.5, 0.02)}
+    figure.legend(handles=handles, title=title, loc="lower center", ncols=len(lines), **place)

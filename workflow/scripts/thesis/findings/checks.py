@@ -86,10 +86,10 @@ def where_identified(estimates: pd.DataFrame, *, check: Check) -> Outcome:
 
 
 def identified_in_words(estimates: pd.DataFrame) -> str:
-    """How many of the minima identify nu, which E of the same minimum leans on; may be empty."""
+    """How many of the minima identify nu, which E of the same minimum depends on; may be empty."""
     if VERDICT not in estimates or (estimates[VERDICT] == IDENTIFIED).all():
         return ""
-    return f"verdicts of the minima on nu: {_verdicts(estimates)}; E leans on it"
+    return f"verdicts of the minima on nu: {_verdicts(estimates)}; E depends on it"
 
 
 def _verdicts(estimates: pd.DataFrame) -> str:

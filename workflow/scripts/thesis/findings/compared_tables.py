@@ -37,20 +37,16 @@ FINDINGS_NOTES = (
 def make_comparison(inputs: Any, params: Any) -> dict:
     """The comparison, one row a printed number."""
     linear = read_one(inputs.linear)
+    counts = [len(read_solid(path).nodes_m) for path in inputs.solids]
     ours = comparison.our_numbers(
         tables_of(inputs.tables),
         traces=traces_of(inputs, params.captures, params.error),
-        nodes=list(zip(params.solids, map(nodes_of, inputs.solids), strict=True)),
+        nodes=list(zip(params.solids, counts, strict=True)),
         residual_n=linear["estimates"][0]["residual_n"] if linear else None,
     )
     numbers = printed.published_numbers(tables_of(inputs.published))
     table = comparison.comparison(numbers, ours, truths(inputs, params))
     return outputs.table(table, title=COMPARISON, more_notes=COMPARISON_NOTES)
-
-
-def nodes_of(path: str) -> int:
-    """Nodes of a solid."""
-    return len(read_solid(path).nodes_m)
 
 
 def truths(inputs: Any, params: Any) -> dict[tuple[str, str], float]:

@@ -58,7 +58,7 @@ DRIVE = re.compile(r"\b(piezo|height|z sensor|z|crosshead|traverse|stage|motor|r
 BRACKETS = re.compile(r"[\[({][^\])}]*[\])}]")
 # A drive's way is the tip's and the spring's as whole parts of it, to this much.
 WHOLE = 0.1
-DEFLECTIONS = re.compile(r"[mu]?v|volts?")
+VOLTS = re.compile(r"[mu]?v(olts?)?(/v)?")
 
 
 @dataclass(frozen=True)
@@ -126,11 +126,13 @@ def _no_unit(quantity: Quantity, written: str, *, named: bool) -> str:
     """What was found in place of a unit, and the remedy."""
     option, unit = f"--{quantity.name}-unit", plain(written)
     if not written:
-        return f"none (say {option}: {quantity.example} ...)"
-    if quantity is FORCE and (unit in LENGTHS or DEFLECTIONS.fullmatch(unit)):
-        sensitivity = "" if unit in LENGTHS else " times sensitivity in m/V"
-        force = f"deflection{sensitivity} times stiffness in N/m"
-        return f"{written} (force = {force}: make that column)"
+        volts = "; make newtons of volts first" if quantity is FORCE else ""
+        return f"none (say {option}: {quantity.example} ...{volts})"
+    if quantity is FORCE and unit in LENGTHS:
+        return f"{written} (force = deflection times stiffness in N/m: make that column)"
+    if quantity is FORCE and VOLTS.fullmatch(unit):
+        factor = "N/V of a load cell, or m/V times N/m of a cantilever"
+        return f"{written} (force = volts times {factor}: make that column)"
     if unit in quantity.units:
         return f"{written} in capitals alone (say {option}, like mN or MN)"
     return written + ("" if named else f" (another column? --{quantity.name}-column names it)")
@@ -172,7 +174,7 @@ def _rank(one: Header, quantity: Quantity) -> tuple[int, int] | None:
     rank = _word_rank(one.name, quantity)
     if rank is not None:
         return rank, not one.unit
-    # A unit alone tells enough where it stands in brackets.
+    # A unit alone is enough where it stands in brackets.
     alone = one.unit and one.marked and not OTHERS.search(_words(one.name))
     return (len(quantity.words), 0) if alone else None
 

@@ -17,7 +17,7 @@ from palpate.capture.curves.columns import (
     place_of,
 )
 from palpate.capture.curves.export import fault, read_export
-from palpate.capture.curves.phases import Phases, outlier, phases_of, signs_of
+from palpate.capture.curves.phases import Phases, free_from, outlier, phases_of, signs_of
 
 FEWEST_SAMPLES = 5
 # More rows without a number are another table than was thought.
@@ -90,7 +90,7 @@ def read_curve(
     path : path
         Text table with columns of depth and force; ``-`` is standard input.
     depth_column, force_column : str, optional
-        Name or number (from 1), where the header does not tell it.
+        Name or number (from 1), where the header does not state it.
     depth_unit, force_unit : str, optional
         Like mm, mN; the header's by default.
     weights_column : str, optional
@@ -140,8 +140,8 @@ def read_curve(
     read += [] if used.all() else [f"{used.sum()} of {len(used)} samples in range"]
     depth_m, force_n, *weights = signs[0] * columns[0], signs[1] * columns[1], *columns[2:]
     used &= weights[0] > 0 if weights else True
-    backwards = bool(np.argmax(depth_m) < BEGINS * len(depth_m) and depth_m[0] > depth_m[-1])
-    if backwards:
+    free, first = free_from(depth_m), np.argmax(depth_m) < BEGINS * len(depth_m)
+    if backwards := not free and bool(first and depth_m[0] > depth_m[-1]):
         depth_m, force_n, used, *weights = (one[::-1] for one in (depth_m, force_n, used, *weights))
     phases = phases_of(depth_m, force_n)
     if stiffness_n_m is not None and not of_tip:
@@ -150,7 +150,7 @@ def read_curve(
         read += [f"force over {stiffness_n_m:g} N/m taken off the depth"]
     chosen = _chosen(export.path, used, phases)
     doubts = [*export.doubts, *depth.doubts, *force.doubts]
-    doubts += _doubts(plain, backwards, left_out / (left_out + len(used)))
+    doubts += _doubts(plain, backwards, free, left_out / (left_out + len(used)))
     doubts += _doubts_of_spring(depth, of_tip, given, export.stated)
     if phases.loadings > 1:
         doubts += [f"the record holds {phases.loadings} loadings: the deepest is fitted"]
@@ -177,14 +177,20 @@ def _chosen(path: str, used: NDArray, phases: Phases) -> NDArray:
     return chosen
 
 
-def _doubts(plain: bool, backwards: bool, left_out: float) -> Iterator[str]:
+def _doubts(plain: bool, backwards: bool, free: int, left_out: float) -> Iterator[str]:
     """What of the columns may be otherwise, a line each."""
-    if backwards:
+    if free:
+        yield (
+            f"the record begins pressed: its first {free} samples, up to the least depth, count"
+            " for nothing (export one cycle alone to have another)"
+        )
+    elif backwards:
         yield "the record begins at its deepest, as a retract does: its rows were turned"
-    elif not plain:
+    if not plain:
+        begins = "pressed" if free or backwards else "free"
         yield (
             "which end of the record is free is not plain (a force that softens?): it is taken to"
-            " begin free"
+            f" begin {begins}"
         )
     if left_out > FEW_LEFT_OUT:
         yield f"{100 * left_out:.2g} % of the rows have no number where depth or force stand"

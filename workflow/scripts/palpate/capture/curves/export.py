@@ -237,6 +237,7 @@ def _check_thousands(shown: str, layout: Layout, lines: Sequence[str]) -> tuple[
     """
     if not any(map(GROUP.search, lines)):
         return ()
+    doubts = []
     for column in zip_longest(*map(layout.split, lines), fillvalue=""):
         signed = [cell for cell in column if set(cell) & {",", "."}]
         grouped = [cell for cell in signed if THOUSANDS.fullmatch(cell)]
@@ -246,10 +247,11 @@ def _check_thousands(shown: str, layout: Layout, lines: Sequence[str]) -> tuple[
         if mixed or (whole and (bare or layout.delimiter == layout.decimal)):
             expected = "expected numbers without separators of thousands (export them without)"
             raise fault(shown, f"rows: {expected}, found {(mixed or grouped)[0]}")
-        if whole and layout.delimiter == ";" and layout.decimal == ".":
-            numbers = f"numbers like {grouped[0]} have points as of thousands"
-            return (f"{numbers}: taken for decimal ones",)
-    return ()
+        if whole and (layout.delimiter == ";" or layout.decimal == ","):
+            sign = "points" if layout.decimal == "." else "commas"
+            numbers = f"numbers like {grouped[0]} have {sign} as of thousands"
+            doubts.append(f"{numbers}: taken for decimal ones (export without them)")
+    return tuple(doubts[:1])
 
 
 def _names(layout: Layout, before: Sequence[str]) -> tuple[tuple[str, ...], int]:

@@ -94,13 +94,17 @@ def phases_of(depth: NDArray, force: NDArray) -> Phases:
 
     The loading ends where depth or force first come within noise of their highest, if they stay
     there; else with the deepest sample. It begins with the record, or with the end of the retract
-    before it.
+    before it. Of a record that begins pressed (`free_from`) only what follows counts.
 
     Parameters
     ----------
     depth, force : (n,) arrays
         Both growing with the indentation, in the order of the record.
     """
+    if free := free_from(depth):
+        rest = phases_of(depth[free:], force[free:])
+        parts = (rest.loading, rest.hold, rest.retract)
+        return Phases(*(slice(one.start + free, one.stop + free) for one in parts), rest.loadings)
     count, way = len(depth), _without_glitches(depth)
     # A way back shorter than this is noise.
     back = max(BACK * float(np.ptp(depth)), 2 * BAND_DEVIATIONS * noise_of(depth))
@@ -146,11 +150,25 @@ def _begin(way: NDArray, back: float) -> int:
     return top + int(np.argmin(way[top:]))
 
 
+def free_from(depth: NDArray) -> int:
+    """First free sample of a record that begins pressed and is loaded again; 0 of others."""
+    sides = _sides(way := _without_glitches(depth))
+    free = np.flatnonzero(sides < 0)
+    begins_free = not (sides[: free[0]] > 0).any()
+    again = np.flatnonzero(sides[free[0] :] > 0)
+    return 0 if begins_free or not len(again) else int(np.argmin(way[: free[0] + again[0]]))
+
+
 def _loadings(way: NDArray) -> int:
     """How often a way goes down into the object by most of its reach."""
-    reach = AGAIN * np.ptp(way)
-    sides = np.select([way > way.max() - reach, way <= way.min() + reach], [1, -1])
+    sides = _sides(way)
     return max(int((np.diff(sides[sides != 0], prepend=-1) > 0).sum()), 1)
+
+
+def _sides(way: NDArray) -> NDArray:
+    """Whether samples lie near a way's greatest (1), its least (-1) or between (0)."""
+    reach = AGAIN * np.ptp(way)
+    return np.select([way > way.max() - reach, way <= way.min() + reach], [1, -1])
 
 
 def noise_of(values: NDArray) -> float:

@@ -8,7 +8,7 @@ from math import inf, isfinite
 from pathlib import Path
 
 from palpate.capture.check_capture import check_numbers
-from palpate.capture.devices import PARTS, PLACES, add_devices, found_folder
+from palpate.capture.devices import PLACES, add_devices, found_folder
 from palpate.capture.discover import (
     BACKGROUND,
     CAPTURE_NAME,
@@ -31,10 +31,11 @@ from palpate.capture.importing.tum import (
 )
 from palpate.capture.importing.write import import_recording
 from palpate.capture.tables import FORCE, GAUGE_COLUMNS, WRENCH_COLUMNS, read_table
+from palpate.config.probe import PARTS
 from palpate.yaml_files import load_yaml
 
 # Recordings of a probe by itself, raw/sensors/<sensor>/<part>, and whether they have a force.
-OF_SENSORS, WITH_FORCE = NOT_OBJECTS[0], {part.film: part.force for part in PARTS}
+OF_SENSORS, WITH_FORCE = NOT_OBJECTS[0], {part.recording: part.force for part in PARTS}
 RAW = "raw"
 # Options for folders with rgb.txt, and what they are if not given.
 OF_FOLDERS = {"intrinsics": None, "distortion": None, "depth_factor": DEPTH_FACTOR}
@@ -46,7 +47,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser._negative_number_matcher = re.compile(r"-\.?[0-9]")
     add = parser.add_argument
     add("recording", type=Path, help="a .bag, .mcap or .db3, a ROS 2 folder, or one with rgb.txt")
-    add("target", type=Path, help="raw/<object>/<sensor>/<capture>, or a film of the probe,"
+    add("target", type=Path, help="raw/<object>/<sensor>/<capture>, or a recording of the probe,"
         " raw/sensors/<sensor>/load, pivot or stiffness; must not exist yet")  # fmt: skip
     add("--background", action="store_true", help="frames without object and probe, and no force")
     add_devices(parser, "sensors")

@@ -128,9 +128,15 @@ def read_force_bag(path: Path, request: Request) -> ForceTable:
     """Table of force.csv and notes on it from a bag that holds a wrench."""
     times_ns, wrench = array("q"), array("d")
     with open_bag(path) as bag:
-        for _, received_ns, message in bag.messages([_wrench_topic(bag, request)]):
+        topic = _wrench_topic(bag, request)
+        for _, received_ns, message in bag.messages([topic]):
             times_ns.append(_stamp_ns(message, received_ns))
             wrench.extend(_wrench(message))
+        # Of fewer than are stated, the times say whether they are enough.
+        if not times_ns:
+            stated = bag.topics()[topic].msgcount
+            expected = f"{stated}, as the bag states (record it again, or --force another file)"
+            raise mismatch(f"{path}: {shown(topic)}: wrenches", expected, 0)
     return force_table(times_ns, wrench)
 
 
@@ -250,7 +256,7 @@ def _chained(transforms: Iterable[Any], target: str, source: str) -> NDArray:
                 waiting.append(there)
     if target.lstrip("/") not in reached:
         found = "none (--registered says that depth is registered to colour)"
-        raise mismatch("tf_static", f"a way from frame {source} to {target}", found)
+        raise mismatch("frames", f"a path from frame {source} to {target}", found)
     return reached[target.lstrip("/")]
 
 

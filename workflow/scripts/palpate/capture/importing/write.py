@@ -15,7 +15,7 @@ from palpate.capture.check_capture import (
     FEWEST_BACKGROUND_FRAMES,
     FEWEST_FRAMES,
     check_capture,
-    check_frames,
+    check_images,
 )
 from palpate.capture.discover import BACKGROUND
 from palpate.capture.files import whole_folder, write_text
@@ -32,7 +32,7 @@ from palpate.capture.importing.recording import (
     mismatch,
     progress,
 )
-from palpate.capture.tables import image_streams, write_force, write_frames
+from palpate.capture.tables import write_force, write_frames
 
 LARGEST_COUNT = 65535
 # Between camera and bench lies so much.
@@ -80,8 +80,7 @@ def import_recording(
             write_force(part, table)
             problems = check_capture(part, sensor)
         else:
-            fewest = FEWEST_BACKGROUND_FRAMES
-            problems, _ = check_frames(part, image_streams(sensor), fewest=fewest)
+            problems = check_images(part, sensor, fewest=FEWEST_BACKGROUND_FRAMES)
         if problems:
             raise ValueError(problems[0].replace(str(part), str(request.folder)))
         if text:

@@ -16,7 +16,12 @@ from palpate.estimate.direct.indentation import (
     Parameters,
 )
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.quantities import Quantities, intervals, quantities_of
+from palpate.estimate.direct.quantities import (
+    Profile,
+    Quantities,
+    intervals,
+    quantities_of,
+)
 from palpate.estimate.direct.result import CaptureFit, captures_of, described
 from palpate.estimate.direct.rig import UNSTATED, ProbeUncertainty
 from palpate.estimate.direct.warnings import contradictions, warnings_of
@@ -132,7 +137,7 @@ def estimate_direct(
     best = fit_direct(indentations, options, *starts)
     quantities = quantities_of(best, radius_m=radius_m)
     budget = budget_of(best, quantities, known, radius_m=radius_m)
-    moduli = intervals(best, quantities, budget)
+    moduli = intervals(best, quantities, budget, Profile.of(best, quantities, budget))
     if any(contradictions(best)):
         moduli = bounded_at_best(moduli)
     return DirectEstimate(best, moduli, quantities, budget)

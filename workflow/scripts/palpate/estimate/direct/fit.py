@@ -1,7 +1,7 @@
 """Joint robust least squares of E, nu, the law and nuisances over all frames of captures."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -17,6 +17,7 @@ from palpate.estimate.direct.deviations import (
     with_pattern,
 )
 from palpate.estimate.direct.indentation import (
+    NU,
     OWN,
     SHARED,
     DirectIndentation,
@@ -163,6 +164,29 @@ def fit_direct(
     found = joint.split(vector), joint.cost(vector, scales), scales
     blocks = joint.blocks_at(vector, scales)
     return Solution(*found, blocks, joint.indentations, options, converged)
+
+
+def held_at(best: Solution, nu: float) -> Solution:
+    """Least cost with Poisson's ratio held; deviations stay as the estimate has them.
+
+    Parameters
+    ----------
+    best : Solution
+    nu : float
+        Within its bounds.
+
+    Returns
+    -------
+    Solution
+    """
+    joint = _Joint(best.indentations, best.options)
+    by_nu = best.covariance[:, NU] / best.covariance[NU, NU]
+    joint.low[NU] = joint.high[NU] = nu
+    start = best.vector + (nu - best.vector[NU]) * by_nu
+    vector, converged = joint.minimise(np.clip(start, joint.low, joint.high), best.scales)
+    cost, blocks = joint.cost(vector, best.scales), joint.blocks_at(vector, best.scales)
+    found = {"parameters": joint.split(vector), "cost": cost, "blocks": blocks}
+    return replace(best, converged=converged, **found)
 
 
 class _Joint:

@@ -5,14 +5,16 @@ material law; E right at the touch carries that of the relaxation. The effective
 that of the neo-Hookean solid with the same force at a depth that was reached and after a second.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
 from scipy.special import ndtri, stdtrit
 
-from palpate.estimate.direct.fit import Solution
+from palpate.estimate.direct.fit import Solution, held_at
 from palpate.estimate.direct.indentation import FORCE_LAW, LOG_E, NU, SHARED
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.warnings import FAR_ZERO, at_end, farthest_zero
@@ -41,7 +43,7 @@ EFFECTIVE_PART = 0.7
 TABOR = 0.2
 # An indentation that leaves more of the deviation that was known beforehand says nothing of nu.
 TOLD_PART = 0.8
-NU_STEPS = 41
+NU_STEPS = 201
 SHEAR, BULK = "shear_modulus_pa", "bulk_modulus_pa"
 NAMES = (*LABELS, SHEAR, BULK)
 EFFECTIVE, E, E_1S, POISSON, STAR = range(len(LABELS))
@@ -72,7 +74,9 @@ class Quantities:
     strain: float
 
 
-def quantities_of(best: Solution, *, radius_m: float) -> Quantities:
+def quantities_of(
+    best: Solution, *, radius_m: float, effective_depth_m: float | None = None
+) -> Quantities:
     """Moduli of an estimate and their slopes.
 
     Parameters
@@ -80,6 +84,8 @@ def quantities_of(best: Solution, *, radius_m: float) -> Quantities:
     best : Solution
     radius_m : float
         Of the sphere.
+    effective_depth_m : float, optional
+        In place of the options' [m].
     """
     vector, times = best.vector, best.parameters[0].times_s
     log_E, nu, q = vector[[LOG_E, NU, FORCE_LAW]]
@@ -92,7 +98,7 @@ def quantities_of(best: Solution, *, radius_m: float) -> Quantities:
     left = 1 - float(relaxed_share(ONE_SECOND_S, fractions=vector[fractions], times_s=times))
     values[[EFFECTIVE, E_1S]] += np.log(left)
     slopes[[EFFECTIVE, E_1S], fractions] += np.expm1(-ONE_SECOND_S / times) / left
-    depth = best.options.effective_depth_m
+    depth = best.options.effective_depth_m if effective_depth_m is None else effective_depth_m
     if depth is None:
         pairs = zip(best.indentations, best.parameters, strict=True)
         deepest = [one.depth_m.max() + p.offset_m for one, p in pairs]
@@ -122,47 +128,118 @@ def over_star_by_nu(nu: float) -> NDArray:
     return np.array([0.0, young, young, 0.0, 0.0, -1 / (1 - nu), young + 2 / (1 - 2 * nu)])
 
 
-def intervals(best: Solution, quantities: Quantities, budget: "Budget") -> dict[str, Modulus]:
+@dataclass(frozen=True)
+class Profile:
+    """Moduli, cost and deviations of fits with Poisson's ratio held, along it.
+
+    Attributes
+    ----------
+    ends : (2,) array
+        Least and greatest Poisson's ratio.
+    at : callable
+        Of Poisson's ratios (n,): `Quantities.values` (n, 7), how far the cost is above the
+        estimate's (n,), and variances beside what goes with nu less the estimate's (n, 7).
+    converged : bool
+        Whether all fits did.
+    """
+
+    ends: NDArray
+    at: Callable[[NDArray], tuple[NDArray, NDArray, NDArray]]
+    converged: bool = True
+
+    @staticmethod
+    def of(best: Solution, quantities: Quantities, budget: "Budget") -> "Profile":
+        """Fit again at some Poisson's ratios, and interpolate.
+
+        Parameters
+        ----------
+        best : Solution
+        quantities : Quantities
+            Of the estimate.
+        budget : Budget
+        """
+        nu = float(quantities.values[POISSON])
+        half = stdtrit(budget.freedom.min(), (1 + CONFIDENCE) / 2) * best.std[NU]
+        ends = _ends(best, nu - half, nu + half)
+        # No steps too short to tell fits apart; where one side has none the other has all.
+        long = [end for end in ends if abs(end - nu) > AT_BOUND]
+        parts = np.linspace(0, 1, 5 if len(long) == 1 else 3)[1:]
+        nodes = np.sort([nu, *(nu + part * (end - nu) for end in long for part in parts)])
+        held = [best if node == nu else held_at(best, node) for node in nodes]
+        each = [
+            quantities_of(one, radius_m=1.0, effective_depth_m=quantities.depth_m) for one in held
+        ]
+        slopes = np.stack([one.slopes for one in each])
+        covariance = slopes @ np.stack([one.covariance for one in held]) @ slopes.swapaxes(1, 2)
+        with_nu = covariance[:, POISSON]
+        variance = np.diagonal(covariance, axis1=1, axis2=2) - with_nu**2 / with_nu[:, [POISSON]]
+        # Moduli over E* are known exactly.
+        beside = np.stack([one.values for one in each]) - over_star(nodes).T
+        cost = np.array([[one.cost] for one in held])
+        columns = np.hstack([beside, variance, cost])
+        curves = CubicSpline(nodes, columns) if len(nodes) > 1 else lambda ratios: columns[0]
+        start, count = curves(nu), len(NAMES)
+
+        def at(ratios: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+            change = np.broadcast_to(curves(ratios) - start, (len(ratios), len(start)))
+            moved, wider, rise = np.split(change, [count, 2 * count], axis=1)
+            values = quantities.values + moved + over_star(ratios).T - over_star(nu)
+            return values, rise[:, 0], wider
+
+        return Profile(ends, at, all(one.converged for one in held))
+
+
+def intervals(
+    best: Solution, quantities: Quantities, budget: "Budget", profile: Profile
+) -> dict[str, Modulus]:
     """Moduli with their intervals and verdicts.
 
-    Poisson's ratio ends at the range's bounds; of a modulus, what goes with Poisson's ratio ends
-    where that does, and E is E* (1 - nu^2) at each. G and K follow the stated interval of nu, have
-    no verdict where nu has none, and K has no upper end where nu reaches the range's.
+    Poisson's ratio ends at the range's bounds. Moduli have the intervals of the profile likelihood
+    along it. G and K follow the stated interval of nu, have no verdict where nu has none, and K has
+    no upper end where nu reaches the range's.
 
     Parameters
     ----------
     best : Solution
     quantities : Quantities
     budget : Budget
+    profile : Profile
     """
-    options, values, slopes = best.options, quantities.values, quantities.slopes
-    quantile = stdtrit(budget.freedom, (1 + CONFIDENCE) / 2)
+    options, values = best.options, quantities.values
     bounds, nu = options.poisson_ratio_bounds, float(values[POISSON])
-    # What fewer frames than moduli and relaxation amplitudes say of nu is the priors'.
-    frames = sum(len(one.frames) for one in best.indentations)
-    few = frames < 2 + len(options.relaxation_times_s) and options.poisson_ratio is None
-    moved = slopes @ best.covariance @ slopes[POISSON]
-    by_nu, nu_std = moved / moved[POISSON], np.sqrt(moved[POISSON])
-    # Of moduli what goes with nu beside what E* and nu give exactly, linearly.
-    beside = by_nu - over_star_by_nu(nu)
+    quantile = stdtrit(budget.freedom, (1 + CONFIDENCE) / 2)
+    moved = quantities.slopes @ best.covariance @ quantities.slopes[POISSON]
+    few, half = _few_frames(best), quantile[POISSON] * budget.std[POISSON]
     # What the fit contradicts is no better for its interval.
-    contradicted = not best.converged or farthest_zero(best)[1] > FAR_ZERO
-
-    def ends(half: float) -> NDArray:
-        return np.array(bounds) if few else np.clip([nu - half, nu + half], *bounds)
-
+    converged = best.converged and profile.converged
+    contradicted = not converged or farthest_zero(best)[1] > FAR_ZERO
+    nu_std, ends = np.sqrt(moved[POISSON]), _ends(best, nu - half, nu + half)
+    ratio = _ratio(nu, ends, nu_std, contradicted, options)
+    half = (ratio.high - ratio.low) / 2 if ratio.verdict == ASSUMED else half
+    slope, star_variance = _star_by_nu(budget.std, nu)
     found = {}
-    for k, name in enumerate(LABELS):
+    for k, name in enumerate(NAMES):
         if k == POISSON:
-            half = quantile[k] * budget.std[k]
-            found[name] = _ratio(nu, ends(half), nu_std, contradicted, options)
+            found[name] = ratio
             continue
-        # The budget holds the covariance: what is left of it does not go with nu.
-        rest = quantile[k] * np.sqrt(max(budget.std[k] ** 2 - (by_nu[k] * nu_std) ** 2, 0.0))
-        modulus = _following(quantities, k, ends(quantile[k] * nu_std), beside[k], rest)
-        found[name] = replace(modulus, verdict=NOT_JUDGED) if contradicted else modulus
-    ratio = found[NAMES[POISSON]]
-    found |= _of_both(quantities, budget, ratio, quantile[STAR])
+        if k < len(LABELS):
+            ratios = np.append(np.linspace(*profile.ends, NU_STEPS), nu)
+            each, rise, wider = profile.at(ratios)
+            # The budget holds the covariance: what is left of it does not go with nu.
+            rest = max(budget.std[k] ** 2 - moved[k] ** 2 / moved[POISSON], 0.0)
+            variance, part = rest + wider[:, k], rise / quantile[k] ** 2
+            logs, t = each[:, k], quantile[k]
+        else:
+            ratios = np.append(np.linspace(ratio.low, ratio.high, NU_STEPS), nu)
+            logs = values[k] + slope * (ratios - nu) + over_star(ratios)[k] - over_star(nu)[k]
+            variance, part = star_variance, np.minimum(((ratios - nu) / half) ** 2, 1.0)
+            t = quantile[STAR]
+        left = np.ones_like(ratios) if few else 1 - part
+        reach = t * np.sqrt(np.maximum(variance * left, 0.0))
+        low, high = (logs - reach)[left >= 0].min(), (logs + reach)[left >= 0].max()
+        found[name] = Modulus.of_pascals(*map(float, np.exp([values[k], low, high])))
+        if contradicted:
+            found[name] = replace(found[name], verdict=NOT_JUDGED)
     if ratio.high >= bounds[1] - AT_BOUND:
         found[BULK] = replace(found[BULK], high=None, verdict=BOUNDED)
     if ratio.verdict in (NOT_IDENTIFIED, NOT_JUDGED):
@@ -170,36 +247,30 @@ def intervals(best: Solution, quantities: Quantities, budget: "Budget") -> dict[
     return bounded_at_best(found) if few or at_end(best) else found
 
 
-def _following(quantities: Quantities, k: int, ends: NDArray, slope: float, rest: float) -> Modulus:
-    """Modulus that follows nu between ends, E* by a slope; the rest of it adds in squares."""
-    nu, value, ratios = (
-        float(quantities.values[POISSON]),
-        quantities.values[k],
-        np.linspace(*ends, NU_STEPS),
-    )
-    moved = slope * (ratios - nu) + over_star(ratios)[k] - over_star(nu)[k]
-    low = value - np.hypot(rest, min(moved.min(), 0.0))
-    high = value + np.hypot(rest, max(moved.max(), 0.0))
-    return Modulus.of_pascals(*map(float, np.exp([value, low, high])))
+def _few_frames(best: Solution) -> bool:
+    """Whether there are fewer than moduli and amplitudes: what they say of nu is the priors'."""
+    frames = sum(len(one.frames) for one in best.indentations)
+    few = frames < 2 + len(best.options.relaxation_times_s)
+    return few and best.options.poisson_ratio is None
 
 
-def _of_both(
-    quantities: Quantities, budget: "Budget", ratio: Modulus, quantile: float
-) -> dict[str, Modulus]:
-    """G and K: E* follows the interval of nu as it does in the budget, the rest adds in squares.
+def _ends(best: Solution, low: float, high: float) -> NDArray:
+    """Ends of an interval of nu within its bounds; of few frames these."""
+    bounds = best.options.poisson_ratio_bounds
+    return np.array(bounds) if _few_frames(best) else np.clip([low, high], *bounds)
+
+
+def _star_by_nu(std: NDArray, nu: float) -> tuple[float, float]:
+    """Slope of log E* by nu, and its variance beside that, by the deviations (7,) of all.
 
     Of G = E* (1 - nu)/2 the variances of three give the covariance of two.
     """
-    nu = float(quantities.values[POISSON])
-    of_star, of_nu, of_G = budget.std[[STAR, POISSON, NAMES.index(SHEAR)]] ** 2
-    by_nu = over_star_by_nu(nu)[NAMES.index(SHEAR)]
-    most = np.sqrt(of_star / max(of_nu, 1e-300))
-    slope = (of_G - of_star - by_nu**2 * of_nu) / (2 * by_nu * max(of_nu, 1e-300))
-    slope = np.clip(slope, -most, most)
-    rest = quantile * np.sqrt(max(of_star - slope**2 * of_nu, 0.0))
-    ends = np.array([ratio.low, ratio.high])
-    both = {name: NAMES.index(name) for name in (SHEAR, BULK)}
-    return {name: _following(quantities, k, ends, slope, rest) for name, k in both.items()}
+    shear = NAMES.index(SHEAR)
+    of_star, of_nu, of_G = np.maximum(std[[STAR, POISSON, shear]] ** 2, 1e-300)
+    by_nu, most = over_star_by_nu(nu)[shear], np.sqrt(of_star / of_nu)
+    slope = (of_G - of_star - by_nu**2 * of_nu) / (2 * by_nu * of_nu)
+    slope = float(np.clip(slope, -most, most))
+    return slope, max(of_star - slope**2 * of_nu, 0.0)
 
 
 def _ratio(nu: float, ends: NDArray, std: float, contradicted: bool, options: Fit) -> Modulus:

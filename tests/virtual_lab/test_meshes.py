@@ -1,16 +1,16 @@
-"""Objects whose form is a mesh, and the sensors that people bring: millimetres and wrenches."""
+"""Objects whose form is a mesh, and other sensors: millimetres and wrenches."""
 
 import numpy as np
 import pytest
 import trimesh
 import yaml
 from virtual_lab.checks import lab_problems
-from virtual_lab.closed_mesh import ClosedMesh
+from virtual_lab.indentation import indent_object
 from virtual_lab.kinect import KinectDepth
-from virtual_lab.part import TABLE
 from virtual_lab.rig import depth_view
 from virtual_lab.scene import Bench, Scene
-from virtual_lab.shapes import Drawn, shape_of
+from virtual_lab.shapes import shape_of
+from virtual_lab.signed_distance import ClosedMesh
 from virtual_lab.wrench import gauge_record
 
 RADIUS, SUNK = 0.04, 0.015
@@ -32,48 +32,56 @@ def test_the_signed_distance_of_a_mesh(dome):
     assert ClosedMesh(dome)(points) == pytest.approx(exact, abs=1e-4)
 
 
-def test_the_table_cuts_a_drawn_form(dome):
-    vertices, faces = Drawn(dome, 0.003).surface()
-    surface = trimesh.Trimesh(vertices, faces, process=False)
+def form(file, surface_m):
+    return {"shape": {"kind": "mesh", "file": file, "surface_m": surface_m}}
+
+
+def test_the_table_cuts_a_mesh(dome):
+    surface = trimesh.Trimesh(*shape_of(form(dome, 0.003)).surface(), process=False)
     assert surface.is_watertight
     assert surface.bounds[:, 2] == pytest.approx([0, 2 * RADIUS - SUNK], abs=2e-4)
     cap = np.pi * SUNK**2 * (3 * RADIUS - SUNK) / 3
     assert surface.volume == pytest.approx(4 / 3 * np.pi * RADIUS**3 - cap, rel=0.01)
 
 
-def test_a_drawn_form_is_held_by_the_table(dome):
+OPTIONS = {"deepest_m": 0.004, "spacing_m": 0.012, "element_m": 0.004}
+
+
+def test_a_mesh_is_bonded_to_the_table(dome):
     top = np.array([0.01, 0, 2 * RADIUS - SUNK])
-    options = {"deepest_m": 0.004, "spacing_m": 0.012, "element_m": 0.004}
-    model = shape_of({"shape": {"kind": "mesh", "file": dome, "surface_m": 0.006}}).model(
-        top, options
-    )
-    held = model.fixed.all(axis=1)
-    assert held.any()
-    assert np.abs(model.solid.nodes_m[held, 2]).max() < 1e-9
+    model = shape_of(form(dome, 0.006)).model(top, OPTIONS)
+    fixed = model.fixed.all(axis=1)
+    assert fixed.any()
+    assert np.abs(model.solid.nodes_m[fixed, 2]).max() < 1e-9
     # A rigid turn of the nodes is a rigid turn of the surface.
     turn = np.array([[0, -1e-3, 0], [1e-3, 0, 0], [0, 0, 0]])
     moved = model.sample(model.solid.nodes_m @ turn.T)
     assert moved == pytest.approx(model.surface_rest_m @ turn.T, abs=3e-6)
 
 
-def test_points_off_a_drawn_form(dome):
-    options = {"deepest_m": 0.004, "spacing_m": 0.012, "element_m": 0.004}
-    with pytest.raises(ValueError, match="point: expected on the object's surface"):
-        Drawn(dome, 0.006).model([0.01, 0, 0.1], options)
-    side = [0.01 + RADIUS, 0, RADIUS - SUNK]
-    with pytest.raises(ValueError, match="point: expected where the object faces up"):
-        Drawn(dome, 0.006).model(side, options)
+@pytest.mark.parametrize(
+    ("point", "line"),
+    [
+        ([0.01, 0, 0.1], "point: expected on the mesh's surface"),
+        ([0.01 + RADIUS, 0, RADIUS - SUNK], "point: expected where the mesh faces up"),
+    ],
+)
+def test_points_that_no_mesh_is_indented_at(dome, point, line):
+    with pytest.raises(ValueError, match=line):
+        indent_object(form(dome, 0.006) | {"contact": OPTIONS}, point, 0.006)
 
 
 def test_meshes_that_are_no_form(dome, tmp_path):
     mesh = trimesh.load(dome)
     mesh.apply_translation([0, 0, SUNK + 0.01]).export(tmp_path / "high.ply")
-    with pytest.raises(ValueError, match="high.ply: mesh: expected z from below 0 m"):
-        ClosedMesh(tmp_path / "high.ply")
     mesh.update_faces(np.arange(len(mesh.faces)) > 0)
     mesh.export(tmp_path / "open.ply")
-    with pytest.raises(ValueError, match="open.ply: mesh: expected a closed surface"):
-        ClosedMesh(tmp_path / "open.ply")
+    for name, line in (
+        ("high", "expected z from below 0 m"),
+        ("open", "expected a closed surface"),
+    ):
+        with pytest.raises(ValueError, match=f"{name}.ply: mesh: {line}"):
+            ClosedMesh(tmp_path / f"{name}.ply")
 
 
 @pytest.fixture
@@ -107,7 +115,6 @@ def test_a_camera_that_writes_millimetres(own):
     view = depth_view(sensor, pose)
     camera = KinectDepth(view, sensor["depth"], sensor["range_m"], options, rng)
     scene = Scene(Bench(np.full((4, 4, 3), 0.6), None))
-    assert scene.kinds == [TABLE]
     depth = camera.image(scene, rng)
     middle = depth[100:300, 100:300]
     assert (middle > 0).mean() > 0.9
@@ -117,8 +124,7 @@ def test_a_camera_that_writes_millimetres(own):
 
 
 def test_a_picture_may_see_nothing_at_all():
-    scene = Scene(Bench(np.full((4, 4, 3), 0.6), None))
-    none = np.zeros((0, 3))
+    scene, none = Scene(Bench(np.full((4, 4, 3), 0.6), None)), np.zeros((0, 3))
     assert len(scene.cast(np.array([0, 0, 1.0]), none)["t"]) == 0
     assert len(scene.blocked(none, np.array([0, 0, 1.0]))) == 0
 
@@ -135,6 +141,6 @@ def test_a_sensor_that_reports_wrenches(own):
     step = record["fz_n"][time > 0.5].mean() - record["fz_n"][time <= 0.5].mean()
     assert step == pytest.approx(-2.0, abs=0.01)
     assert record["fz_n"][time < 0.5].std() == pytest.approx(0.02, rel=0.2)
-    bare = {key: value for key, value in options.items() if key != "wrench"}
+    del options["wrench"]
     with pytest.raises(ValueError, match="force.wrench: expected its noise"):
-        gauge_record(time, force, upside_down, probe, bare, rng)
+        gauge_record(time, force, upside_down, probe, options, rng)

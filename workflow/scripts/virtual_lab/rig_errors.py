@@ -1,9 +1,10 @@
-"""A rig as it is, beside the files that the pipeline reads.
+"""Errors of a rig: how it differs from the files that the pipeline reads.
 
 The ``device`` block of lab.yaml, or of an object in its place, says by how much: docs/decisions.md.
 Each error has a stream of its own, so that leaving one out does not change the others.
 """
 
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -13,39 +14,41 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
-from virtual_lab.seeds import seed_of
-
 # The rig of objects that name none.
 RIG = "lab"
-# Of OpenCV's five, what is drawn: the first radial number and the two tangential ones.
+# Which of OpenCV's five are drawn: the first radial number and the two tangential ones.
 BENT = [0, 2, 3]
-# Of an exposure, whose mean is the picture: the middles of its thirds.
+# A picture is the mean of an exposure's thirds: their middles.
 THIRDS = np.array([0, -1, 1]) / 3
 # From the force sensor to the tip: makes newton metres of newtons.
 ARM_M = 0.06
 Draw = Callable[..., NDArray]
 
 
+def seed_of(common: Mapping, *names: str) -> list[int]:
+    """Seed of a named thing of the lab, the same in whatever order things are made."""
+    return [common["seed"], *(zlib.crc32(name.encode()) for name in names)]
+
+
 @dataclass(frozen=True)
-class Device:
+class RigErrors:
     """What is drawn of a rig.
 
     Attributes
     ----------
-    rig : str
-    sizes : mapping
-        The ``device`` block: error to size.
+    rig, sizes : str, mapping
+        Its name, and its ``device`` block: error to size.
     sensor : mapping
         The sensor as it is, in the form of its file; of a stereo head also ``right``, the right
         camera, and ``right_turn_rad``, its turn (3,) after rectification.
-    board : (4, 4) array
-        Where the board stands, from where the probe's file puts it.
+    target : (4, 4) array
+        Where the probe's target is, from where its file puts it.
     radius : float
         Error of the sphere's radius, relative.
-    hanging : mapping
-        Errors ``mass_kg`` and ``centre_of_mass_m`` of what hangs on the force sensor.
+    payload : mapping
+        Errors ``mass_kg`` and ``centre_of_mass_m`` of the force sensor's payload.
     gain : (6, 6) array
-        Wrench that the force sensor feels over that which acts.
+        Wrench that the force sensor measures over that which acts.
     clock_rate : float
         How much faster than the camera's the force's clock goes, relative.
     """
@@ -53,9 +56,9 @@ class Device:
     rig: str
     sizes: Mapping[str, float]
     sensor: Mapping
-    board: NDArray
+    target: NDArray
     radius: float
-    hanging: Mapping
+    payload: Mapping
     gain: NDArray
     clock_rate: float
 
@@ -66,7 +69,7 @@ class Device:
     def drawn(
         self, error: str, rng: np.random.Generator, shape: int | tuple = ()
     ) -> NDArray | float:
-        """Draw an error that belongs to a press."""
+        """Draw an error that belongs to a recording."""
         return self.size(error) * _deviations(self.sizes, rng, shape)
 
     @property
@@ -77,7 +80,7 @@ class Device:
         return np.append(colours_s, [delay_s] if exposure_s or delay_s else [])
 
     def kept(self, frames: int, rng: np.random.Generator) -> NDArray:
-        """Numbers of those frames of a film that are not lost."""
+        """Numbers of those frames of a recording that are not lost."""
         return np.flatnonzero(rng.random(frames) >= self.size("dropped_frames"))
 
     def stamped(self, time_s: NDArray) -> NDArray:
@@ -88,32 +91,32 @@ class Device:
 
     def probe(self, spec: Mapping) -> dict:
         """A probe as it is, in the form of its file."""
-        board = np.array(spec["marker_from_force"]) @ self.board
+        target = np.array(spec["marker_from_force"]) @ self.target
         radius_m = spec["indenter"]["radius_m"] * (1 + self.radius)
         indenter = spec["indenter"] | {"radius_m": radius_m}
-        return dict(spec) | {"marker_from_force": board, "indenter": indenter}
+        return dict(spec) | {"marker_from_force": target, "indenter": indenter}
 
-    def weighed(self, options: Mapping) -> dict:
-        """Block ``force`` of lab.yaml with what really hangs on the sensor."""
-        mass_kg = options["mass_kg"] + self.hanging["mass_kg"]
-        centre_m = np.array(options["centre_of_mass_m"]) + self.hanging["centre_of_mass_m"]
+    def force(self, options: Mapping) -> dict:
+        """Block ``force`` of lab.yaml with the sensor's payload as it is."""
+        mass_kg = options["mass_kg"] + self.payload["mass_kg"]
+        centre_m = np.array(options["centre_of_mass_m"]) + self.payload["centre_of_mass_m"]
         return dict(options) | {"mass_kg": mass_kg, "centre_of_mass_m": centre_m}
 
-    def felt(self, time_s: NDArray, load: NDArray, rng: np.random.Generator) -> NDArray:
+    def measured(self, time_s: NDArray, wrench: NDArray, rng: np.random.Generator) -> NDArray:
         """What the force sensor makes of a wrench at times (n,) [s], shape (n, 6) [N, Nm].
 
         Gain and crosstalk, a first-order lag, and a drift of the forces that grows evenly.
         """
-        felt = load @ self.gain.T
+        found = wrench @ self.gain.T
         if lag_s := self.size("force_lag_s"):
             kept = np.exp(-np.diff(time_s[:2]) / lag_s)[0]
-            felt, _ = lfilter([1 - kept], [1, -kept], felt, axis=0, zi=kept * felt[:1])
+            found, _ = lfilter([1 - kept], [1, -kept], found, axis=0, zi=kept * found[:1])
         drift_n = self.drawn("force_drift_n", rng, 3)
-        felt[:, :3] += np.linspace(0, 1, len(felt))[:, None] * drift_n
-        return felt
+        found[:, :3] += np.linspace(0, 1, len(found))[:, None] * drift_n
+        return found
 
 
-def device_of(common: Mapping, spec: Mapping, sensor: Mapping) -> Device:
+def errors_of(common: Mapping, spec: Mapping, sensor: Mapping) -> RigErrors:
     """Draw a rig's errors.
 
     Parameters
@@ -127,23 +130,20 @@ def device_of(common: Mapping, spec: Mapping, sensor: Mapping) -> Device:
     """
     draw = _draws(common, spec)
     probe = partial(draw, "probe")
-    return Device(
+    return RigErrors(
         rig=spec.get("rig", RIG),
         sizes=_sizes(common, spec),
         sensor=_sensor(sensor, partial(draw, sensor["sensor"])),
-        board=_board(common, spec),
+        target=_target(common, spec),
         radius=probe("radius"),
-        hanging={
-            "mass_kg": probe("mass_kg"),
-            "centre_of_mass_m": probe("centre_of_mass_m", shape=3),
-        },
+        payload={k: probe(k, shape=n) for k, n in (("mass_kg", ()), ("centre_of_mass_m", 3))},
         gain=_gain(partial(draw, "force")),
         clock_rate=draw("clock", "clock_rate"),
     )
 
 
 def sphere_radius_m(common: Mapping, spec: Mapping, probe: Mapping) -> float:
-    """Radius of the sphere as it is [m]; of ``common`` the seed counts alone, see `device_of`."""
+    """Radius of the sphere as it is [m]; of ``common`` the seed counts alone, see `errors_of`."""
     return probe["indenter"]["radius_m"] * (1 + _draws(common, spec)("probe", "radius"))
 
 
@@ -171,7 +171,7 @@ def _deviations(
     return np.sign(drawn) if sizes.get("signs_alone") else drawn
 
 
-def _board(common: Mapping, spec: Mapping) -> NDArray:
+def _target(common: Mapping, spec: Mapping) -> NDArray:
     options, rig = common["probe_error"], spec.get("rig", RIG)
     named = [common["seed"], 25] if rig == RIG else seed_of(common, "rig", rig, "probe", "board")
     rng = np.random.default_rng(named)

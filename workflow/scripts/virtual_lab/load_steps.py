@@ -1,6 +1,6 @@
-"""Force and surface of a pressed object over a ladder of depths, shared by its recordings."""
+"""Force and surface of an object over load steps, shared by its recordings."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +15,8 @@ FORCE_POWER = 2 / 3
 
 
 @dataclass(frozen=True)
-class ContactLadder:
-    """Force and surface of an object over a ladder of indentation depths.
+class LoadSteps:
+    """Force and surface of an object over growing indentation depths.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class ContactLadder:
     surface_displacement_m : (k, n, 3) array
         Its displacement at each depth [m].
     direction : (3,) array, optional
-        Of the press, of length 1.
+        Of the indentation, of length 1.
     heading : (k, 3) array, optional
         Force over its part against the direction; none: the force has no other part.
     """
@@ -72,47 +72,42 @@ class ContactLadder:
         return depth
 
 
-def save_ladder(path: str | Path, ladder: ContactLadder) -> None:
-    """Write a ladder as NPZ; of one straight down what says so is left out."""
-    told = {k: v for k, v in vars(ladder).items() if v is not None and v is not DOWN}
-    write_npz(path, told)
+def write_load_steps(path: str | Path, steps: LoadSteps) -> None:
+    """Write load steps as NPZ; of those straight down without a direction."""
+    write_npz(path, {k: v for k, v in vars(steps).items() if v is not None and v is not DOWN})
 
 
-def load_ladder(path: str | Path) -> ContactLadder:
-    """Read a ladder that `save_ladder` wrote."""
+def read_load_steps(path: str | Path) -> LoadSteps:
+    """Read what `write_load_steps` wrote."""
     with np.load(path, allow_pickle=False) as data:
-        return ContactLadder(**{name: data[name] for name in data.files})
+        return LoadSteps(**{name: data[name] for name in data.files})
 
 
-def mirrored(ladder: ContactLadder, point_m: NDArray) -> ContactLadder:
-    """Ladder of the mirror image of its point in a symmetric object.
+def mirrored(steps: LoadSteps, point_m: NDArray) -> LoadSteps:
+    """Load steps of the mirror image of their point in a symmetric object.
 
     Parameters
     ----------
-    ladder : ContactLadder
+    steps : LoadSteps
     point_m : (3,) array
-        Point on the line of the press, or one whose x and y have other signs [m].
+        Point on the line of the indentation, or one whose x and y have other signs [m].
 
     Raises
     ------
     ValueError
         If the point is no mirror image.
     """
-    signs = np.where(np.asarray(point_m) * ladder.point_m < 0, -1.0, 1.0)
-    direction = signs * ladder.direction
-    if np.abs(np.cross(signs * ladder.point_m - point_m, direction)).max() > 1e-6:
-        found = np.asarray(point_m).tolist()
-        raise ValueError(
-            f"point: expected a mirror image of {ladder.point_m.tolist()}, found {found}"
-        )
-    faces = ladder.surface_faces[:, ::-1] if signs.prod() < 0 else ladder.surface_faces
-    return ContactLadder(
-        signs * ladder.point_m,
-        ladder.depth_m,
-        ladder.force_n,
-        signs * ladder.surface_rest_m,
-        faces,
-        signs * ladder.surface_displacement_m,
-        direction,
-        None if ladder.heading is None else signs * ladder.heading,
+    signs = np.where(np.asarray(point_m) * steps.point_m < 0, -1.0, 1.0)
+    direction = signs * steps.direction
+    if np.abs(np.cross(signs * steps.point_m - point_m, direction)).max() > 1e-6:
+        expected, found = steps.point_m.tolist(), np.asarray(point_m).tolist()
+        raise ValueError(f"point: expected a mirror image of {expected}, found {found}")
+    return replace(
+        steps,
+        point_m=signs * steps.point_m,
+        surface_rest_m=signs * steps.surface_rest_m,
+        surface_faces=steps.surface_faces[:, :: int(signs.prod())],
+        surface_displacement_m=signs * steps.surface_displacement_m,
+        direction=direction,
+        heading=None if steps.heading is None else signs * steps.heading,
     )

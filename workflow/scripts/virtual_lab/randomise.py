@@ -1,16 +1,15 @@
-"""A lab that nobody chose: objects, presses and rigs drawn from declared ranges.
+"""Randomised labs: objects, indentations and rigs drawn from declared ranges.
 
-    python -m virtual_lab.draw config/validation.yaml validation/1 --seed 1
+    python -m virtual_lab.randomise config/validation.yaml validation/1 --seed 1
 
 writes ``validation/1/lab.yaml``, the sensors' files and ``config.yaml``, a run of it. With
-``--alone`` instead a block, a ball and a drawn object, each filmed once for each error of a rig.
+``--alone`` instead a block, a ball and a randomised object, each recorded once for each rig error.
 """
 
 import argparse
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import yaml
@@ -21,16 +20,16 @@ from palpate.yaml_files import load_yaml
 from virtual_lab.checks import OF_OBJECT
 from virtual_lab.specification import Ranges
 
-# Draws of a depth and a modulus until they make a force that a hand presses with.
+# Draws of a depth and a modulus until they make a force that an operator applies.
 ATTEMPTS = 1000
-# Of the contact solution, by the radius of the contact at the deepest.
+# Of the contact solution, by the radius of the contact at the maximum depth.
 ELEMENTS_A_CONTACT, ELEMENT_M = 4.0, (0.0005, 0.0014)
 CONTACTS_A_REACH, REACH_M = 4.0, (0.006, 0.020)
 STEPS, STEP_M = 14, (0.0001, 0.0005)
 # The lobe is thin.
 EAR_DEEPEST_M = 0.0045
-# A hand's depth is a little less than it meant; so far goes the contact solution beyond. The table
-# goes farther: what a rig has wrong about the tip's depth must stay within it.
+# An operator's depth is a little less than intended; so far goes the contact solution beyond. The
+# indentation table goes farther: what a rig has wrong about the depth must stay within it.
 BEYOND_M, BEYOND = 0.0002, 1.03
 FINE_M, TABLE_BEYOND_M = 0.0005, 0.0012
 DIGITS = 4
@@ -45,49 +44,46 @@ OF_DEPTH = ("color_from_depth_deg", "color_from_depth_m", "depth_delay_s")
 ALONE = {"block": ("foam_block", "08"), "ball": ("foam_ball", "01")}
 
 
-def draw_lab(ranges: Mapping, base: Mapping, probe: Mapping, *, seed: int) -> dict:
-    """Draw a lab.
+def random_lab(ranges: Mapping, base: Mapping, probe: Mapping, *, seed: int) -> dict:
+    """Draw a lab from ranges: the content of its file.
 
     Parameters
     ----------
     ranges : mapping
         config/validation.yaml.
     base : mapping
-        config/lab.yaml: noise, light, hand, and how a ball and an ear look and are scanned.
+        config/lab.yaml: noise, light, motion, and how a ball and an ear look and are scanned.
     probe : mapping
-        File of the probe that presses.
+        The probe's file.
     seed : int
-
-    Returns
-    -------
-    dict
-        Content of a lab's file.
 
     Raises
     ------
     ValueError
-        If no press in these ranges has a force in theirs.
+        If no indentation in these ranges has a force in theirs.
     """
-    lab, objects = _beside(base, ranges, seed), {}
+    lab = {key: value for key, value in base.items() if key not in APART}
+    lab |= {name: ranges[name] for name in ("background_frames", "device")} | {"seed": seed}
+    objects = {}
     for k in range(ranges["objects"]):
         rng = np.random.default_rng([seed, k])
         objects[f"object_{k + 1:02d}"] = _object(ranges, base["objects"], probe, rng)
     return lab | {"objects": objects}
 
 
-def draw_alone(
+def single_errors(
     ranges: Mapping, base: Mapping, probe: Mapping, *, seed: int
 ) -> tuple[dict, dict[str, str]]:
-    """Draw a lab where each error of a rig stands alone, at twice its size.
+    """Draw a lab with each rig error by itself, at twice its size.
 
-    Each error is a sensor of its name with a device of its own, so that all films of an object
+    Each error is a sensor of its name with a device of its own, so that all recordings of an object
     share its mechanics and its indentation table, and all but their errors. What belongs to the
-    object, the sphere's radius among it, is left out. Of what is drawn the sign alone is.
+    object, the sphere's radius among it, is left out. Errors are random in their sign alone.
 
     Parameters
     ----------
     ranges, base, probe, seed
-        As for `draw_lab`.
+        As for `random_lab`.
 
     Returns
     -------
@@ -103,24 +99,18 @@ def draw_alone(
     like = {name: "kinect" if name in OF_DEPTH else "bumblebee" for name in devices}
     like |= {"kinect_nominal": "kinect", "kinect_all_errors": "kinect"}
     devices |= {f"kinect_{name}": devices[name] for name in ("nominal", "all_errors")}
-    drawn = draw_lab(ranges | {"objects": 1}, base, probe, seed=seed)["objects"]
+    lab = random_lab(ranges | {"objects": 1}, base, probe, seed=seed)
     chosen = {name: (base["objects"][theirs], point) for name, (theirs, point) in ALONE.items()}
     objects = {}
-    for name, (spec, point) in (chosen | {k: (v, "01") for k, v in drawn.items()}).items():
+    chosen |= {name: (spec, "01") for name, spec in lab["objects"].items()}
+    for name, (spec, point) in chosen.items():
         objects[name] = {key: value for key, value in spec.items() if key != "rig"} | {
             "devices": devices,
             "seeded_as": like,
             "cameras": {error: spec["cameras"][sensor] for error, sensor in like.items()},
             "recordings": {error: [point] for error in like},
         }
-    return _beside(base, ranges, seed) | {"objects": objects, "device": {}}, like
-
-
-def _beside(base: Mapping, ranges: Mapping, seed: int) -> dict:
-    """All but the objects of a drawn lab."""
-    lab = {key: value for key, value in base.items() if key not in APART}
-    given = {name: ranges[name] for name in ("background_frames", "device")}
-    return lab | given | {"seed": seed}
+    return lab | {"objects": objects, "device": {}}, like
 
 
 def _object(ranges: Mapping, like: Mapping, probe: Mapping, rng: np.random.Generator) -> dict:
@@ -128,8 +118,8 @@ def _object(ranges: Mapping, like: Mapping, probe: Mapping, rng: np.random.Gener
     kind = _one_of({name: form["weight"] for name, form in ranges["forms"].items()}, rng)
     shape, point_m = _shape(kind, ranges["forms"][kind], like["ear"], rng)
     deepest_m = min(0.4 * point_m[2], EAR_DEEPEST_M if kind == "ear" else np.inf)
-    E, nu, depth_m = _press(ranges, radius_m, deepest_m, rng)
-    loose = kind == "ball" or (kind == "block" and rng.uniform() < ranges["loose"])
+    E, nu, depth_m = _indentation(ranges, radius_m, deepest_m, rng)
+    unbonded = kind == "ball" or (kind == "block" and rng.uniform() < ranges["loose"])
     model = like[{"block": "foam_block", "ball": "foam_ball", "ear": "ear"}[kind]]
     press, material = ranges["press"], ranges["material"]
     ends_m = depth_m * BEYOND + BEYOND_M
@@ -148,7 +138,7 @@ def _object(ranges: Mapping, like: Mapping, probe: Mapping, rng: np.random.Gener
             },
         },
         "contact": _contact(kind, ends_m, radius_m)
-        | ({"table_friction": _within(ranges["table_friction"], rng)} if loose else {}),
+        | ({"table_friction": _within(ranges["table_friction"], rng)} if unbonded else {}),
         "motion": {key: value for key, value in model["motion"].items() if key != "frames"}
         | {
             "depth_m": depth_m,
@@ -159,7 +149,7 @@ def _object(ranges: Mapping, like: Mapping, probe: Mapping, rng: np.random.Gener
         "cameras": {name: _placement(ranges["stand"], name, model, rng) for name in SENSORS},
         "scan": model["scan"],
         "recordings": {name: captures for name in SENSORS if name in model["recordings"]},
-        "object": _description(kind, shape, point_m, ends_m, model, loose=loose),
+        "object": _description(kind, shape, point_m, ends_m, model, unbonded=unbonded),
     }
     if kind != "block":
         spec["paint"] = model["paint"] | {
@@ -173,7 +163,7 @@ def _object(ranges: Mapping, like: Mapping, probe: Mapping, rng: np.random.Gener
 def _shape(
     kind: str, form: Mapping, ear: Mapping, rng: np.random.Generator
 ) -> tuple[dict, list[float]]:
-    """Form, and the point that is pressed [m]."""
+    """Form, and the point that is indented [m]."""
     if kind == "block":
         size = [_within(ends, rng) for ends in form["size_m"]]
         return {"kind": kind, "size_m": size}, [0.0, 0.0, size[2]]
@@ -183,7 +173,7 @@ def _shape(
     return {"kind": kind}, ear["object"]["points"]["01"]["position_m"]
 
 
-def _press(
+def _indentation(
     ranges: Mapping, radius_m: float, deepest_m: float, rng: np.random.Generator
 ) -> tuple[float, float, float]:
     """Young's modulus [Pa], Poisson's ratio and depth [m] whose force by Hertz is in its range."""
@@ -227,15 +217,14 @@ def _placement(stand: Mapping, sensor: str, model: Mapping, rng: np.random.Gener
 
 
 def _description(
-    kind: str, shape: Mapping, point_m: Sequence, ends_m: float, model: Mapping, *, loose: bool
+    kind: str, shape: Mapping, point_m: Sequence, ends_m: float, model: Mapping, *, unbonded: bool
 ) -> dict:
     """Block ``object`` of a lab's object, of which object.yaml is written."""
     template = model["object"]["template"]
     if kind == "block":
         a, b, c = shape["size_m"]
-        area_m2 = 2 * (a * b + b * c + c * a)
-        template = {"vertices": round(VERTICES_A_M2 * area_m2)}
-    support = model["object"]["support"] | {"contact": "resting" if loose else "bonded"}
+        template = {"vertices": round(VERTICES_A_M2 * 2 * (a * b + b * c + c * a))}
+    support = model["object"]["support"] | {"contact": "resting" if unbonded else "bonded"}
     return {
         "probe": model["object"]["probe"],
         "template": template,
@@ -261,13 +250,10 @@ def _rounded(value: float) -> float:
 def write_run(
     folder: Path, lab: Mapping, sensors: Mapping[str, Mapping], direct: Mapping, *, seed: int
 ) -> None:
-    """Write a drawn lab, its sensors' files by their names, and a configuration that runs it.
-
-    The configuration's ``direct`` is given (`direct_of`).
-    """
+    """Write a randomised lab, its sensors' files by name, and a configuration of a run of it."""
     places = {name: f"{folder}/{name}" for name in ("raw", "results", "sensors")}
-    config = {"paths": places | {"lab": f"{folder}/lab.yaml"}, "seed": seed}
-    config["direct"] = dict(direct)
+    paths = places | {"lab": f"{folder}/lab.yaml"}
+    config = {"paths": paths, "seed": seed, "direct": dict(direct)}
     files = {"lab": lab}
     for name, spec in sensors.items():
         # Nobody calibrates each of so many cameras, or knows how far their clocks are off.
@@ -275,14 +261,13 @@ def write_run(
         files[f"sensors/{name}"] = stated | {"sensor": name, "optics": "stated"}
     # A run begins with the configuration: it comes when all that it names is there.
     for name, content in (files | {"config": config}).items():
-        path = folder / f"{name}.yaml"
         # What two objects share is written twice, not as an anchor.
         plain = json.loads(json.dumps(content))
-        write_text(path, yaml.safe_dump(plain, sort_keys=False))
+        write_text(folder / f"{name}.yaml", yaml.safe_dump(plain, sort_keys=False))
 
 
 def direct_of(ranges: Mapping, probe: Mapping) -> dict:
-    """Options ``direct`` of a run, which say how bad such a rig is, as a careful lab's would."""
+    """Options ``direct`` of a run, with standard deviations of such a rig's errors."""
     device, given = ranges["device"], ranges.get("direct", {})
     rig = {
         "force_scale_std": device["force_gain"],
@@ -290,20 +275,6 @@ def direct_of(ranges: Mapping, probe: Mapping) -> dict:
         "radius_std_m": _rounded(device["radius"] * probe["indenter"]["radius_m"]),
     }
     return dict(given) | {"fit": dict(given.get("fit", {})) | {"rig": rig}}
-
-
-def main(argv: Sequence[str] | None = None) -> None:
-    """Draw a lab into a folder."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0], allow_abbrev=False)
-    parser.add_argument("ranges", type=Path)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--seed", type=int, required=True)
-    parser.add_argument("--alone", action="store_true", help="each error by itself")
-    given = parser.parse_args(argv)
-    try:
-        _draw(given)
-    except (ValueError, OSError) as error:
-        parser.exit(1, f"error: {error}\n")
 
 
 def read_ranges(path: Path) -> dict:
@@ -315,30 +286,12 @@ def read_ranges(path: Path) -> dict:
         If there is no such file, or anything in it makes no sense: one line for each.
     """
     ranges = load_yaml(path)
-    lines = problems(Ranges, ranges, str(path))
-    if not lines:
-        lines = [
-            f"{path}: {field}: expected the lower end first, found {ends}"
-            for field, ends in _reversed(ranges)
-        ]
-    if lines:
+    if lines := problems(Ranges, ranges, str(path)):
         raise ValueError("\nerror: ".join(lines))
     return Ranges.plain(ranges)
 
 
-def _reversed(ranges: Any, field: str = "") -> Iterator[tuple[str, list]]:
-    """Pairs of numbers whose first is the greater, with their places."""
-    if isinstance(ranges, Mapping):
-        for key, value in ranges.items():
-            yield from _reversed(value, f"{field}.{key}".lstrip("."))
-    elif isinstance(ranges, list) and isinstance(ranges[0], list):
-        for k, value in enumerate(ranges):
-            yield from _reversed(value, f"{field}[{k}]")
-    elif isinstance(ranges, list) and ranges[0] > ranges[1]:
-        yield field, ranges
-
-
-def _draw(given: argparse.Namespace) -> None:
+def _write(given: argparse.Namespace) -> None:
     if not 0 <= given.seed <= LARGEST_SEED:
         raise ValueError(f"--seed: expected 0 to {LARGEST_SEED}, found {given.seed}")
     if not given.folder.name:
@@ -347,11 +300,25 @@ def _draw(given: argparse.Namespace) -> None:
     probe = load_yaml("config/probes/nano25_sphere.yaml")
     like = {name: name for name in SENSORS}
     if given.alone:
-        lab, like = draw_alone(ranges, base, probe, seed=given.seed)
+        lab, like = single_errors(ranges, base, probe, seed=given.seed)
     else:
-        lab = draw_lab(ranges, base, probe, seed=given.seed)
+        lab = random_lab(ranges, base, probe, seed=given.seed)
     sensors = {name: load_yaml(f"config/sensors/{file}.yaml") for name, file in like.items()}
     write_run(given.folder, lab, sensors, direct_of(ranges, probe), seed=given.seed)
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Write a randomised lab into a folder."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0], allow_abbrev=False)
+    parser.add_argument("ranges", type=Path)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--alone", action="store_true", help="each error by itself")
+    given = parser.parse_args(argv)
+    try:
+        _write(given)
+    except (ValueError, OSError) as error:
+        parser.exit(1, f"error: {error}\n")
 
 
 if __name__ == "__main__":

@@ -1,11 +1,15 @@
-"""A closed triangle mesh as a signed distance, for objects that are drawn elsewhere."""
+"""Signed distances [m] to forms that are neither block nor ball, negative inside."""
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
-from palpate.open3d_core import o3d
+
+from virtual_lab.ear import ear_distance
+
+Distance = Callable[[NDArray], NDArray]
+STEP_M = 1e-5
 
 
 class ClosedMesh:
@@ -24,7 +28,11 @@ class ClosedMesh:
     """
 
     def __init__(self, path: str | Path) -> None:
-        mesh = trimesh.load_mesh(path)
+        # Only here: Snakemake's own process looks at points of other forms.
+        import trimesh
+        from palpate.open3d_core import o3d
+
+        mesh, self.tensor = trimesh.load_mesh(path), o3d.core.Tensor
         if not mesh.is_watertight:
             raise ValueError(f"{path}: mesh: expected a closed surface, found an open one")
         self.low_m, self.high_m = mesh.bounds
@@ -35,11 +43,23 @@ class ClosedMesh:
         self.middle_m = mesh.bounds.mean(axis=0)
         self.scene = o3d.t.geometry.RaycastingScene(nthreads=1)
         self.scene.add_triangles(
-            o3d.core.Tensor((mesh.vertices - self.middle_m).astype(np.float32)),
-            o3d.core.Tensor(mesh.faces.astype(np.uint32)),
+            self.tensor((mesh.vertices - self.middle_m).astype(np.float32)),
+            self.tensor(mesh.faces.astype(np.uint32)),
         )
 
     def __call__(self, points_m: NDArray) -> NDArray:
         """Signed distances of points (n, 3), shape (n,) [m]."""
-        query = o3d.core.Tensor((np.asarray(points_m) - self.middle_m).astype(np.float32))
+        query = self.tensor((np.asarray(points_m) - self.middle_m).astype(np.float32))
         return self.scene.compute_signed_distance(query, nthreads=1).numpy().astype(float)
+
+
+def distance_of(shape: Mapping) -> Distance:
+    """Signed distance of a ``shape`` block of lab.yaml of kind ear or mesh."""
+    return ear_distance if shape["kind"] == "ear" else ClosedMesh(shape["file"])
+
+
+def slope(points_m: NDArray, distance: Distance) -> NDArray:
+    """Gradient of a signed distance by central differences, shape (n, 3)."""
+    offsets = STEP_M * np.eye(3)
+    sides = [distance(points_m + o) - distance(points_m - o) for o in offsets]
+    return np.stack(sides, axis=1) / (2 * STEP_M)

@@ -1,12 +1,14 @@
-"""Quadrature of a solid finite element mesh, ready for finite strain."""
+"""An object as the contact solver takes it: quadrature of its elements, fixed nodes, surface."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from skfem import Basis, FacetBasis, Mesh
 from skfem.element import Element
+
+from virtual_lab.obstacle import Table
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,35 @@ class SolidMesh:
     weights_m3: NDArray
     places_m: NDArray
     patches: Mapping[str, Patch]
+
+
+@dataclass(frozen=True)
+class Model:
+    """An object, discretised to be indented at one point.
+
+    Attributes
+    ----------
+    solid : SolidMesh
+        With the patch ``top``, and ``bottom`` where a table is an obstacle.
+    fixed : (n, 3) bool array
+        Displacements that are zero.
+    supports : tuple of Table
+        Obstacles besides the probe.
+    mirrors : tuple of int
+        Axes along which the other half of the object is the mirror image of what is solved.
+    surface_rest_m, surface_faces : (k, 3) array, (m, 3) int array
+        Closed undeformed surface, object frame [m], and its triangles, outward.
+    sample : callable
+        Nodal displacements (n, 3) to those of the surface (k, 3) [m].
+    """
+
+    solid: SolidMesh
+    fixed: NDArray
+    supports: tuple[Table, ...]
+    mirrors: tuple[int, ...]
+    surface_rest_m: NDArray
+    surface_faces: NDArray
+    sample: Callable[[NDArray], NDArray]
 
 
 def solid_mesh(
