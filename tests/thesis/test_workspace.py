@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from palpate.vision.pose import MarkerPose
+from palpate.vision.pose import MarkerPose, averages, select_threshold
 from thesis.chapter4 import workspace
 
 ANGLES = {0.05: 9e-3, 0.10: 4e-3, 0.15: 2.02e-3, 0.20: 2.0e-3, 0.25: 2.3e-3}
@@ -25,12 +25,12 @@ def rows(found=100):
 
 
 def test_the_smallest_of_the_equally_good_thresholds_that_lose_no_frames_is_selected():
-    assert workspace.select_threshold(rows()) == 0.15
+    assert select_threshold(rows()) == 0.15
     table = rows(found=90)
-    assert workspace.select_threshold(table[table["threshold_px"] != 0.15]) == 0.20
-    assert set(workspace.averages(table).query("found < 0.99").index) == {0.05, 0.10}
+    assert select_threshold(table[table["threshold_px"] != 0.15]) == 0.20
+    assert set(averages(table).query("found < 0.99").index) == {0.05, 0.10}
     with pytest.raises(ValueError, match="a pose in 99% of the frames, found at most 90%"):
-        workspace.select_threshold(table[table["threshold_px"] < 0.12])
+        select_threshold(table[table["threshold_px"] < 0.12])
 
 
 def test_table_4_2_is_in_centimetres_beside_the_published():

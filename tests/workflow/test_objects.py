@@ -2,22 +2,22 @@
 
 from pathlib import Path
 
-import pytest
-from palpate.workflow.run import studied
+from palpate.capture.discover import CaptureId
 from palpate.workflow.standing import kept_files, value_digest
 from settings import full
+from thesis.run import StudyRun
 
 STICK = {"probe": "stick"}
 
 
-@pytest.fixture
-def config(root):
-    return full(root)
-
-
-def test_the_studys_objects(config):
+def test_objects_of_the_study_are_nobodys_own(root):
+    config = full(root)
     config["study"] |= {"block": "brick", "captures": {"slab": {}}}
-    assert studied(config) == {"brick", "slab", "foam_ball", "ear"}
+    names = ("brick", "cushion", "ear", "foam_ball", "slab")
+    found = tuple(CaptureId(name, "kinect", "01") for name in names)
+    given = {"sensors": {}, "probes": {}, "lab": None, "curves": (), "seen": {}}
+    run = StudyRun(config=config, found=found, simulated=frozenset(), **given)
+    assert run.own == {"cushion"} and run.minimised == tuple(c for c in found if c != found[1])
 
 
 def test_digest_of_values_has_no_order():

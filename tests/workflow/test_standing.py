@@ -57,7 +57,7 @@ def test_results_of_others_stay_and_say_what_they_are(root, made):
     assert beside.names == ["cushion"] and beside.told("Summary") == "Summary"
     (shown,) = beside.tracked()
     assert (shown["object"], shown["capture"], shown["sensor"]) == ("cushion", "08", "kinect")
-    assert shown["provenance"] == "simulated" and beside.minimised() == []
+    assert shown["provenance"] == "simulated" and beside.run.with_minima([shown]) == []
 
 
 def touched(raw):

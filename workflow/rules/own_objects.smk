@@ -16,7 +16,7 @@ onsuccess:
 rule own_summary:
     input:
         fits=OWN.files(OWN.of("fitted"), "hertz.json"),
-        results=OWN.minima,
+        results=lambda wildcards: RUN.minima_of(OWN.captures(wildcards)),
         direct=OWN.files(OWN.of("direct"), "direct.json"),
         joint=OWN.joint(),
         curves=OWN.files(OWN.of("curves"), "curve.json"),

@@ -7,6 +7,7 @@ report: "../report/workflow.rst"
 
 
 SHOWN = [*Selection(RUN).objects_shown(), *STANDING.tracked()]
+MINIMISED_BEFORE = RUN.with_minima(STANDING.tracked())
 
 
 rule summary:
@@ -71,7 +72,7 @@ rule objects_page:
         fits=RUN.files(SHOWN, "hertz.json"),
         summary=RUN.results("summary.csv"),
         minima=RUN.minima_of(Selection(RUN).objects_shown())
-        + RUN.files(STANDING.minimised(), *RUN.minima),
+        + RUN.files(MINIMISED_BEFORE, *RUN.minima),
     output:
         page=RUN.results("objects.html"),
     log:
@@ -80,7 +81,7 @@ rule objects_page:
         RUN.results("benchmarks/objects_page.tsv")
     params:
         captures=SHOWN,
-        minimised=[*RUN.described("minimised"), *STANDING.minimised()],
+        minimised=[*RUN.described("minimised"), *MINIMISED_BEFORE],
         errors=RUN.errors,
         tracker=RUN.tracker,
         pages=[*OWN.paged, *STANDING.paged],

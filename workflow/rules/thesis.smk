@@ -42,5 +42,5 @@ WANTED = [
     *([RUN.results("objects.html")] if RUN.tracked else []),
 ]
 if RUN.config["only"] is None:
-    WANTED += wanted_of(RUN, of_sensors=OWN.alone)
+    WANTED += wanted_of(RUN)
     WANTED += [RUN.results("pages/configuration.html")]

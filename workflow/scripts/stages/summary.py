@@ -4,7 +4,6 @@ from palpate.json_fields import minima_by_key, read_all
 from palpate.report import outputs, tables
 from palpate.report.estimate_rows import curve_rows, direct_rows, hertz_rows, summary
 from palpate.workflow.job import run
-from thesis.minimum_rows import least_squares_rows, minimum_rows
 
 
 def main(snakemake):
@@ -14,14 +13,15 @@ def main(snakemake):
     direct = read_all(inputs.direct), params.groups, read_all(inputs.joint)
     rows = [
         *hertz_rows(params.captures, read_all(inputs.fits)),
-        *minimum_rows(params.minimised, minima),
-        *least_squares_rows(params.minimised, minima),
         *direct_rows(params.estimated, *direct),
         *curve_rows(params.curves, read_all(inputs.curves)),
     ]
-    made = {"csv": tables.rounded(summary(rows))}
-    if "origin" in snakemake.output.keys():
-        made["origin"] = f"{params.origin}\n"
+    if minima:  # the study's method
+        from thesis.minimum_rows import least_squares_rows, minimum_rows
+
+        rows += [*minimum_rows(params.minimised, minima)]
+        rows += [*least_squares_rows(params.minimised, minima)]
+    made = {"csv": tables.rounded(summary(rows)), "origin": f"{params.origin}\n"}
     outputs.write(made, snakemake.output)
 
 

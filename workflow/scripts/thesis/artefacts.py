@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from palpate.workflow.run import Described, Run
+from palpate.workflow.run import Described
 
+from thesis.run import StudyRun
 from thesis.selections import Selection
 
 TABLE = Path(__file__).with_name("artefacts.yaml")
@@ -103,21 +104,21 @@ class Artefact:
         numbered = rest.split("_")[0] if kind in ("figure", "table") else ""
         return CHAPTERS.get(self.chapter or numbered, BEYOND)
 
-    def shown(self, run: Run) -> list[Described]:
+    def shown(self, run: StudyRun) -> list[Described]:
         """Captures of a run that it is made from."""
         return list(Selection(run).value(self.captures)) if self.captures else []
 
-    def in_run(self, run: Run) -> bool:
+    def in_run(self, run: StudyRun) -> bool:
         """Whether a run makes it."""
         there = not self.captures or bool(self.shown(run))
         return there and (not self.made or bool(Selection(run).value(self.made)))
 
-    def rule_inputs(self, run: Run) -> dict:
+    def rule_inputs(self, run: StudyRun) -> dict:
         """Inputs of its rule."""
         selection = Selection(run, self.shown(run))
         return {name: selection.value(token) for name, token in self.inputs.items()}
 
-    def rule_params(self, run: Run) -> dict:
+    def rule_params(self, run: StudyRun) -> dict:
         """Params of its rule."""
         selection = Selection(run, captures := self.shown(run))
         described = {"captures": captures} if self.captures else {}
@@ -125,16 +126,16 @@ class Artefact:
         known = {"make": self.make, "title": self.title, "caption": self.caption}
         return known | described | dict(self.values) | found
 
-    def rule_outputs(self, run: Run) -> dict[str, str]:
+    def rule_outputs(self, run: StudyRun) -> dict[str, str]:
         """Paths of its files by name."""
         return {name: run.results(path) for name, path in self.outputs.items()}
 
-    def reported(self, run: Run, report: Callable, caption: str) -> dict:
+    def reported(self, run: StudyRun, report: Callable, caption: str) -> dict:
         """Outputs of its rule; pictures and pages are put into the report.
 
         Parameters
         ----------
-        run : Run
+        run : StudyRun
         report : callable
             Snakemake's mark of what is in the report.
         caption : str
@@ -167,23 +168,20 @@ _ENTRIES = yaml.load(TABLE.read_text(encoding="utf-8"), yaml.CSafeLoader)
 ARTEFACTS: tuple[Artefact, ...] = tuple(_read(name, **entry) for name, entry in _ENTRIES.items())
 
 
-def in_run(run: Run) -> list[Artefact]:
+def in_run(run: StudyRun) -> list[Artefact]:
     """Entries that a run can make."""
     return [entry for entry in ARTEFACTS if entry.in_run(run)]
 
 
-def wanted_of(run: Run, *, of_sensors: bool = False) -> list[str]:
+def wanted_of(run: StudyRun) -> list[str]:
     """Files of the entries that a run makes for their own sake.
 
-    Parameters
-    ----------
-    run : Run
-    of_sensors : bool, optional
-        Just those of recordings about the sensors, which are of nobody's object.
+    Of people's own objects alone just those of recordings about the sensors, which are of nobody's.
     """
+    others = {capture.object for capture in run.captures} - run.own
     return [
         path
         for entry in in_run(run)
-        if entry.wanted and (entry.of_sensors or not of_sensors)
+        if entry.wanted and (others or entry.of_sensors)
         for path in entry.rule_outputs(run).values()
     ]

@@ -14,7 +14,7 @@ from matplotlib.patches import Polygon
 from matplotlib.patheffects import Normal, Stroke
 from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 from numpy.typing import NDArray
-from palpate.report.panels import named, surface_panel
+from palpate.report.panels import named
 from palpate.report.style import (
     ARROW,
     BLACK,
@@ -27,7 +27,9 @@ from palpate.report.style import (
     label_provenance,
     sensor_name,
 )
-from palpate.report.views import View
+
+from thesis.panels import surface_panel
+from thesis.views import View
 
 # One size of type for all that stands in a picture [pt].
 TEXT_PT = 7.5

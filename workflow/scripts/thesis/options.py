@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from palpate.capture.files import whole_file
 from palpate.config.model import Count, FileName, Model, Positive, all_different, option
@@ -11,11 +11,25 @@ from palpate.workflow.options import Config, Experiments, Tracking, page, partly
 from pydantic import BeforeValidator, model_validator
 
 from thesis.minimise.options import Load, Minimise, Solid
+from thesis.run import StudyRun
 from thesis.tracker.options import TRACKERS, Registration, tracker_problems
 
 BOTH_TRACKERS = {name: {"kind": name} for name in TRACKERS}
 Tracker = partly(*TRACKERS.values(), like=str, kind=Literal[tuple(TRACKERS)])
 Step = partly(Load, Solid, tracker=str)
+# Captures by object and sensor.
+Captures = dict[str, dict[str, tuple[str, ...]]]
+
+
+class Study(Model):
+    """Of the lab's recordings, those that tables and figures use."""
+
+    captures: Captures = option({}, "those of the run")
+    tracked: Captures = option({}, "of these, those that are tracked and minimised")
+    direct: Captures = option({}, "estimated directly, where they are not the tracked")
+    block: str = option("", "the object of Tables 5.2 and 5.3")
+    table_5_3_points: Annotated[tuple[str, ...], all_different] = option((), "of Table 5.3")
+    figure_points: dict[str, str] = option({}, "of figures; else the first")
 
 
 class SimulatedSupport(Model):
@@ -144,6 +158,8 @@ class StudyExperiments(Experiments):
 class StudyConfig(Config):
     """All that a run's configuration may say."""
 
+    run: ClassVar[type[StudyRun]] = StudyRun
+    study: Study = option(Study(), "of the lab's recordings")
     error_options: Annotated[
         tuple[Literal["force_displacement", "displacement"], ...], all_different
     ] = option(("force_displacement", "displacement"), "Section 3.3.3", min_length=1)

@@ -7,9 +7,10 @@ from string import Template
 from types import SimpleNamespace
 from typing import Any
 
-from palpate.workflow.run import BALL, EAR, Described
+from palpate.workflow.run import Described
 
 from thesis.chapter1.moduli_rules import path_to_moduli
+from thesis.run import BALL, EAR
 from thesis.sensor_selections import SensorSelection
 from thesis.tracker.options import options_of
 
@@ -32,7 +33,7 @@ class Selection(SensorSelection):
 
     Parameters
     ----------
-    run : Run
+    run : StudyRun
     captures : list of Described, optional
     """
 
@@ -74,7 +75,7 @@ class Selection(SensorSelection):
 
     def shown(self, figure: str) -> list[Described]:
         """Captures that a figure shows: for each sensor the study's point, or else the first."""
-        wanted = self.study["figure_points"].get(figure)
+        wanted = self.run.study["figure_points"].get(figure)
         every = self.run.described("captures" if figure in UNTRACKED_FIGURES else "tracked")
         ours = [capture for capture in every if capture["object"] == self.block] or every
         chosen = []
@@ -124,7 +125,7 @@ class Selection(SensorSelection):
 
     def at_the_end(self) -> list[Described]:
         """Tracked captures of the block's end point."""
-        wanted = self.study["figure_points"].get("figure_5_6", END_POINT)
+        wanted = self.run.study["figure_points"].get("figure_5_6", END_POINT)
         return [c for c in self.all_tracked() if c["capture"] == wanted]
 
     def all_tracked(self, name: str = "") -> list[Described]:
@@ -133,7 +134,7 @@ class Selection(SensorSelection):
 
     def table_5_3_captures(self) -> list[Described]:
         """The study's points of its block; of dropped captures all of the block."""
-        wanted = self.study["table_5_3_points"]
+        wanted = self.run.study["table_5_3_points"]
         return [
             capture
             for capture in self.all_tracked()
@@ -151,7 +152,7 @@ class Selection(SensorSelection):
 
     def stepped(self) -> list[Described]:
         """Simulated captures whose steps are shown: the block's of Table 5.3, all of others."""
-        wanted = self.study["table_5_3_points"]
+        wanted = self.run.study["table_5_3_points"]
         return [
             capture
             for capture in self.simulated("tracked")

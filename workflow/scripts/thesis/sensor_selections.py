@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.workflow.lab_captures import is_simulated
-from palpate.workflow.run import Described, Run
+from palpate.workflow.run import Described
+
+from thesis.run import StudyRun
 
 # Depth of a drawn point where no placement is configured, in nearest depths of the sensor.
 DRAWN_AWAY = 1.5
@@ -26,23 +28,18 @@ class SensorSelection:
 
     Attributes
     ----------
-    run : Run
+    run : StudyRun
     captures : sequence of Described, optional
         That an artefact is made from.
     """
 
-    run: Run
+    run: StudyRun
     captures: Sequence[Described] = ()
-
-    @property
-    def study(self) -> Mapping:
-        """The thesis's part of the configuration."""
-        return self.run.config["study"]
 
     @property
     def block(self) -> str:
         """Name of the study's block."""
-        return self.study["block"]
+        return self.run.study["block"]
 
     @property
     def whole(self) -> bool:
@@ -94,7 +91,7 @@ class SensorSelection:
             return []
         spec = self.run.lab["objects"][self.block]
         points = spec["object"]["points"]
-        point = self.study["figure_points"].get("figure_4_7", SHOWN_POINT)
+        point = self.run.study["figure_points"].get("figure_4_7", SHOWN_POINT)
         return [
             {
                 "sensor": self.run.sensors[name],

@@ -13,7 +13,7 @@ from palpate.open3d_core import ClosestPoints
 from palpate.report import outputs
 from palpate.surface.template import read_template
 from palpate.vision.clouds import scene_points
-from thesis.chapter4.workspace import CORNERS, select_threshold
+from palpate.vision.pose import CORNERS, select_threshold
 from validation.fidelity_figure import fidelity_figure
 from validation.published_noise import (
     REAL_PLANES_MM,

@@ -12,8 +12,8 @@ from palpate.report import outputs
 from palpate.report.tables import significant
 from palpate.units import MILLIMETRES, MILLISECONDS, PERCENT
 from palpate.vision.camera import OPTICS
+from palpate.vision.pose import CORNERS, REFINED, select_threshold
 from scipy.spatial.transform import Rotation
-from thesis.chapter4.workspace import CORNERS, REFINED, select_threshold
 
 TITLE = "Accuracy of the recordings about the sensors against the virtual lab's truth"
 DIGITS = 4

@@ -17,9 +17,10 @@ from palpate.units import MILLIMETRES
 from palpate.vision.board import Board, FlatBoard
 from palpate.vision.board_pictures import BoardPictures, read_pictures
 from palpate.vision.calibration import Calibration, calibrate_camera
-from palpate.vision.calibration_problem import OPTICS, PARAMETERS
+from palpate.vision.calibration_problem import PARAMETERS
 from palpate.vision.calibration_report import camera_verdict, next_view, pair_verdict
 from palpate.vision.camera import (
+    OPTICS,
     PinholeCamera,
     camera_block,
     camera_from_spec,

@@ -10,12 +10,10 @@ from palpate.capture.devices import CONFIG
 from palpate.config.probe import PARTS
 from palpate.yaml_files import load_yaml
 
-# What a file may say besides, for the workflow alone: by block, and by their option.
-FOR_RUNS = {"error_options", "solid", "minimise", "simulation"}
-FOR_RUNS_IN = {
-    "tracking": {"estimate_from", "compared", "trackers", "objects"},
-    "experiments": {"cd_case_size_m"},
-}
+# What a file may say besides, for the workflow alone, which checks it before its first job.
+FOR_RUNS = {"study", "error_options", "solid", "minimise", "simulation"}
+FOR_RUNS |= {f"tracking.{name}" for name in ("estimate_from", "compared", "trackers", "objects")}
+FOR_RUNS |= {"experiments.cd_case_size_m"}
 
 
 @dataclass(frozen=True)
@@ -75,12 +73,9 @@ class Project:
         return (load_yaml(self.folder / path) or {}) if there else {}
 
 
-def _of_the_tool(content: Any) -> Any:
+def _of_the_tool(content: Any, place: str = "") -> Any:
     """What a configuration says of the tool."""
     if not isinstance(content, Mapping):
         return content
-    kept = {name: block for name, block in content.items() if name not in FOR_RUNS}
-    for name in FOR_RUNS_IN.keys() & kept.keys():
-        if isinstance(kept[name], Mapping):
-            kept[name] = {k: v for k, v in kept[name].items() if k not in FOR_RUNS_IN[name]}
-    return kept
+    kept = ((key, one) for key, one in content.items() if f"{place}{key}" not in FOR_RUNS)
+    return {key: _of_the_tool(one, f"{place}{key}.") for key, one in kept}

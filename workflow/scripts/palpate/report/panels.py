@@ -1,129 +1,48 @@
-"""Panels of surfaces and clouds, in millimetres of the picture, and what stands about them."""
+"""What panels of figures are made of: an object's surface, a photograph, and the panel's name."""
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgb
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from palpate.report.style import BLACK, PAGE_IN, SMALL
-from palpate.report.views import SKIN, View, render_surface
+from palpate.units import MILLIMETRES
 
-# Light where nothing moves, so that shading shows; darker with every step for all readers.
-MAP = LinearSegmentedColormap.from_list(
-    "moved", ["#D3DEE8", "#F2C48D", "#D55E00", "#7A1F0A"], N=256
-)
-TITLE_PT = 8.5
-LETTER_PT, OUTLINE_PX = 11, 500
+TITLE_PT, LETTER_PT = 8.5, 11
 
 
-def surface_panel(
-    axes: Axes,
-    vertices_m: NDArray,
-    faces: NDArray,
-    view: View,
-    frame_mm: NDArray,
-    *,
-    width_px: int = 900,
-    colours: NDArray | str = SKIN,
-    edges: bool = False,
-) -> None:
-    """Put the picture of a surface into a panel whose units are millimetres of the view."""
-    options = {"width_px": width_px, "colours": colours, "edges": edges}
-    picture = render_surface(vertices_m, faces, view, frame_mm, **options)
-    axes.imshow(picture, extent=frame_mm, interpolation="antialiased", zorder=1)
-    space(axes, frame_mm)
+@dataclass(frozen=True)
+class Surface:
+    """Surface of one object before and in a frame, object frame.
 
+    Attributes
+    ----------
+    rest_m, deformed_m : (n, 3) arrays
+        Vertices [m].
+    faces : (m, 3) int array
+        Outward triangles.
+    contact_m : (3,) array
+        Touched point of the undeformed surface [m].
+    """
 
-def cloud_panel(
-    axes: Axes, groups: Sequence[tuple[NDArray, str, float]], view: View, frame_mm: NDArray
-) -> None:
-    """Draw groups of points, each with its colour and size; nearer points over farther ones."""
-    flat = np.concatenate([view.project(points) for points, _, _ in groups])
-    colour = np.concatenate([np.tile(to_rgb(name), (len(points), 1)) for points, name, _ in groups])
-    size = np.concatenate([np.full(len(points), size) for points, _, size in groups])
-    order = np.argsort(flat[:, 2], kind="stable")
-    look = {"s": size[order], "c": colour[order], "linewidths": 0, "rasterized": True, "zorder": 2}
-    axes.scatter(*flat[order, :2].T, **look)
-    space(axes, frame_mm)
+    rest_m: NDArray
+    deformed_m: NDArray
+    faces: NDArray
+    contact_m: NDArray
 
+    def displacement_mm(self) -> NDArray:
+        """Length of each vertex's displacement, shape (n,) [mm]."""
+        return np.linalg.norm(self.deformed_m - self.rest_m, axis=1) * MILLIMETRES
 
-def wire(axes: Axes, vertices_m: NDArray, faces: NDArray, view: View, *, colour=BLACK) -> None:
-    """Draw the edges of the triangles that face the viewer."""
-    flat = view.project(vertices_m)
-    a, b, c = (flat[faces[:, k], :2] for k in range(3))
-    facing = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0] > 0
-    axes.triplot(*flat[:, :2].T, faces[facing], color=colour, lw=0.35, alpha=0.8, zorder=3)
-
-
-def space(axes: Axes, frame_mm: NDArray) -> None:
-    """Leave a panel without axes, in true proportions."""
-    axes.set(xlim=frame_mm[:2], ylim=frame_mm[2:], aspect="equal")
-    axes.set_axis_off()
-
-
-def scale_bar(axes: Axes, length_mm: float, frame_mm: NDArray, *, at: float = 0.03) -> None:
-    """Bar of a length in the plane of the picture, at its lower left."""
-    left, right, bottom, top = frame_mm
-    x, y = left + at * (right - left), bottom + 0.02 * (top - bottom)
-    axes.plot([x, x + length_mm], [y, y], color=BLACK, lw=1.6, solid_capstyle="butt", zorder=5)
-    text = f"{length_mm:g} mm"
-    place = (x + length_mm / 2, y)
-    look = {"ha": "center", "va": "bottom", "fontsize": SMALL, "zorder": 5}
-    axes.annotate(text, place, (0, 2), textcoords="offset points", **look)
-
-
-def coloured(values: NDArray, top: float) -> NDArray:
-    """Colours of values between 0 and the top, shape (n, 3)."""
-    return MAP(Normalize(0, top)(values))[:, :3]
-
-
-def outline(axes: Axes, vertices_m: NDArray, faces: NDArray, view: View, frame_mm: NDArray) -> None:
-    """Dash the outline of a surface."""
-    picture = render_surface(vertices_m, faces, view, frame_mm, width_px=OUTLINE_PX)
-    rows, columns = picture.shape[:2]
-    left, right, bottom, top = frame_mm
-    x = left + (right - left) * (np.arange(columns) + 0.5) / columns
-    y = top - (top - bottom) * (np.arange(rows) + 0.5) / rows
-    look = {"colors": BLACK, "linewidths": 0.9, "linestyles": [(0, (4, 2.5))], "zorder": 4}
-    axes.contour(x, y, picture[..., 3], [0.5], **look)
+    def volume_change(self) -> float:
+        """Change of the enclosed volume as a part of the undeformed one."""
+        return _volume(self.deformed_m, self.faces) / _volume(self.rest_m, self.faces) - 1
 
 
 def photo_panel(axes: Axes, photo: NDArray) -> None:
     """Put a picture, (h, w) or (h, w, 3) uint8, into a panel."""
     axes.imshow(photo, cmap="gray" if photo.ndim == 2 else None, interpolation="antialiased")
     axes.set_axis_off()
-
-
-def panels(
-    rows: int,
-    columns: int,
-    height_in: float,
-    *,
-    heights: Sequence[float] | None = None,
-    widths: Sequence[float] | None = None,
-    right: float = 0.98,
-    bottom_in: float = 0.42,
-    wspace: float = 0.06,
-    hspace: float = 0.2,
-) -> tuple[Figure, NDArray]:
-    """Figure over the page's width with panels, (rows, columns), and room for words about them."""
-    figure, axes = plt.subplots(
-        rows,
-        columns,
-        figsize=(PAGE_IN, height_in),
-        height_ratios=heights,
-        width_ratios=widths,
-        squeeze=False,
-    )
-    place = {"left": 0.02, "right": right, "wspace": wspace, "hspace": hspace}
-    figure.subplots_adjust(bottom=bottom_in / height_in, top=1 - 0.26 / height_in, **place)
-    return figure, axes
 
 
 def named(axes: Axes, letter: str, title: str = "") -> None:
@@ -134,27 +53,5 @@ def named(axes: Axes, letter: str, title: str = "") -> None:
     axes.annotate(title, xytext=(LETTER_PT, 4), **place, **look)
 
 
-def legend(figure: Figure, entries: Sequence[tuple[str, str]], height: float) -> None:
-    """Dots of named colours in one line across the figure."""
-    marks = [Line2D([], [], marker="o", ls="", ms=3.5, color=colour) for _, colour in entries]
-    place = {"loc": "center", "bbox_to_anchor": (0.5, height), "ncols": len(entries)}
-    names = [name for name, _ in entries]
-    figure.legend(marks, names, handletextpad=0.1, columnspacing=1.4, **place)
-
-
-def displacement_bar(
-    figure: Figure,
-    beside: NDArray,
-    top_mm: float,
-    *,
-    place: tuple | None = None,
-    label: str = "Displacement (mm)",
-) -> None:
-    """Bar of the displacement's colours at the right of panels, or lying at a place."""
-    boxes = [panel.get_position() for panel in np.ravel(beside)]
-    low, high = min(box.y0 for box in boxes), max(box.y1 for box in boxes)
-    upright = (max(box.x1 for box in boxes) + 0.015, low + 0.15 * (high - low), 0.014)
-    axes = figure.add_axes(place or (*upright, 0.7 * (high - low)))
-    orientation = "horizontal" if place else "vertical"
-    scale = ScalarMappable(Normalize(0, top_mm), MAP)
-    figure.colorbar(scale, cax=axes, label=label, orientation=orientation)
+def _volume(vertices: NDArray, faces: NDArray) -> float:
+    return float(np.linalg.det(vertices[faces] - vertices.mean(axis=0)).sum() / 6)

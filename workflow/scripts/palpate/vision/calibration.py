@@ -12,14 +12,13 @@ from palpate.vision.board import FlatBoard
 from palpate.vision.calibration_problem import (
     FEWEST_CORNERS,
     LENS,
-    OPTICS,
     PARAMETERS,
     TERMS,
     Problem,
     matrix_of,
     root_mean_square,
 )
-from palpate.vision.camera import PinholeCamera
+from palpate.vision.camera import OPTICS, PinholeCamera
 
 FEWEST_VIEWS = 6
 # Groups are dropped from the first on.

@@ -8,9 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.vision.camera import PinholeCamera
+from palpate.vision.camera import OPTICS, PinholeCamera
 
-OPTICS = ("fx_px", "fy_px", "cx_px", "cy_px")
 TERMS = ("k1", "k2", "p1", "p2", "k3")
 PARAMETERS = (*OPTICS, *TERMS)
 LENS, POSE = len(PARAMETERS), 6

@@ -1,10 +1,11 @@
-"""Pose of the probe's board from its corners (Section 4.2.2)."""
+"""Pose of the probe's board from its corners (Sections 4.2.2 and 4.2.3)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.vision.board import FlatBoard
@@ -20,6 +21,13 @@ CORNER_NOISE_PX = 0.05
 OPERATOR_TURN_RAD = np.deg2rad(5.0)
 # A step costs no more than this, however far it turns: past it no solution is likelier.
 DEAREST_STEP = 100.0
+# A threshold may be selected when it leaves a pose in at least this part of the frames.
+LEAST_FOUND = 0.99
+# Deviations that differ by less than this part count as the same; of them the smallest threshold
+# is selected.
+SAME = 0.02
+# What the pose is read of.
+CORNERS, REFINED = "corners", "photometric"
 
 
 @dataclass(frozen=True)
@@ -202,3 +210,44 @@ def by_turn(places: NDArray) -> NDArray:
     zero = np.zeros_like(x)
     rows = (np.stack(row, axis=-1) for row in ((zero, z, -y), (-z, zero, x), (y, -x, zero)))
     return np.stack(list(rows), axis=-2)
+
+
+def averages(table: pd.DataFrame) -> pd.DataFrame:
+    """Means over the workspace at each reprojection threshold (Eq. 4.22).
+
+    Parameters
+    ----------
+    table : DataFrame
+        workspace.csv: what is found of a resting tip at each point, method and threshold.
+
+    Returns
+    -------
+    DataFrame
+        By ``threshold_px``: ``found`` as a part of the frames, and the means of the other columns.
+    """
+    ours = table[table["method"] == CORNERS]
+    groups = ours.groupby("threshold_px")
+    means = groups[[name for name in ours if name.startswith(("std_", "inl", "repr"))]].mean()
+    means["found"] = groups["found"].sum() / groups["frames"].sum()
+    return means
+
+
+def select_threshold(table: pd.DataFrame) -> float:
+    """Reprojection threshold with the least deviation of the target's angle (Figure 4.16) [px].
+
+    Of the thresholds that leave a pose in nearly all frames the one with the smallest mean
+    deviation; among those within 2 % of it the smallest.
+
+    Raises
+    ------
+    ValueError
+        If no threshold leaves a pose in enough frames.
+    """
+    means = averages(table)
+    usable = means[means["found"] >= LEAST_FOUND]["std_angle_rad"]
+    if usable.empty:
+        raise ValueError(
+            f"workspace: expected a threshold with a pose in {LEAST_FOUND:.0%} of the frames,"
+            f" found at most {means['found'].max():.0%}"
+        )
+    return float(usable[usable <= (1 + SAME) * usable.min()].index[0])

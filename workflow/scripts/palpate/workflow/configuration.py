@@ -22,8 +22,6 @@ from palpate.workflow.configuration_checks import (
     missing_calibrations,
     missing_films,
     path_problems,
-    unknown_captures,
-    unknown_objects,
     unknown_probe,
 )
 from palpate.workflow.lab_captures import (
@@ -35,7 +33,7 @@ from palpate.workflow.lab_captures import (
 )
 from palpate.workflow.options import Config, as_asked
 from palpate.workflow.places import placed, who_said
-from palpate.workflow.run import Run, selected
+from palpate.workflow.run import Run
 from palpate.yaml_files import load_yaml, one_line
 
 
@@ -68,7 +66,7 @@ def open_run(
     lab_kind, check_lab : type and callable, optional
         Model of a lab's configuration, and what else is wrong with it, as lines.
     kind : type
-        Model of the configuration.
+        Model of the configuration, which knows what a run with it is.
     rules : iterable, optional
         The workflow's rules.
 
@@ -115,26 +113,22 @@ def open_run(
     experiments = (raw / "sensors").is_dir() or (lab or {}).get("experiments")
     wrong += dropped_experiments(raw / "sensors", sensors, lab) if only is None else []
     wrong += unknown_probe(filmed, probes, source) if experiments and filmed else []
-    wrong += unknown_captures(config["study"], simulated, source)
-    wrong += unknown_objects(config, names, source)
-
-    found = sorted(simulated.union(*there.values()))
-    chosen = config["study"]["captures"]
-    wanted = tuple(c for c in found if c not in simulated or selected(c, chosen))
     curves = () if wrong else _curves(raw, [name for name in own if not made[name]])
-    wrong += missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
-    require_none(wrong or [_nothing_found(paths, only, names)] * (not wanted and not curves))
-    run = Run(
+    run = kind.run(
         config=config,
         sensors={name: spec for name, spec in sensors.items() if spec is not None},
         probes={name: spec for name, spec in probes.items() if spec is not None},
         lab=lab,
-        captures=wanted,
+        found=tuple(sorted(simulated.union(*there.values()))),
         curves=curves,
         simulated=simulated,
         seen=seen,
         rules=rules,
     )
+    wanted = run.captures
+    wrong += run.problems(names, source)
+    wrong += missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
+    require_none(wrong or [_nothing_found(paths, only, names)] * (not wanted and not curves))
     used = {"sensors": {c.sensor for c in wanted}, "probes": {filmed} if experiments else set()}
     used["sensors"] |= {one.name for one in folders(raw / "sensors")} if only is None else set()
     recorded = {c.object for c in (*wanted, *curves) if not made[c.object]}

@@ -4,11 +4,10 @@ from collections.abc import Collection, Mapping
 from itertools import product
 from pathlib import Path
 
-from palpate.capture.discover import CaptureId, folders
+from palpate.capture.discover import folders
 from palpate.capture.experiments import check_experiment
 from palpate.config.probe import PARTS
 from palpate.workflow.lab_captures import says_simulated
-from palpate.workflow.run import selected
 
 LONGEST_PATH = 1000
 
@@ -34,24 +33,6 @@ def path_problems(paths: Mapping, source: str) -> list[str]:
     return lines
 
 
-def unknown_captures(study: Mapping, simulated: Collection[CaptureId], source: str) -> list[str]:
-    """Captures of the lab's objects that the study names and nobody records or the run leaves."""
-    names = {capture.object for capture in simulated}
-    used = {capture for capture in simulated if selected(capture, study["captures"])}
-    return [
-        f"{source}: study.{part}.{name}.{sensor}: expected {words}, found {capture}"
-        for part, known, words in (
-            ("captures", simulated, "recordings of the lab"),
-            ("tracked", used, "some of study.captures"),
-            ("direct", used, "some of study.captures"),
-        )
-        for name, sensors in study[part].items()
-        for sensor, captures in sensors.items()
-        for capture in captures
-        if name in names and CaptureId(name, sensor, capture) not in known
-    ]
-
-
 def dropped_experiments(folder: Path, sensors: Mapping, lab: Mapping | None) -> list[str]:
     """What is wrong with the recordings about sensors that the lab does not make itself."""
     made, places = (lab or {}).get("experiments", {}), folders(folder)
@@ -75,22 +56,6 @@ def unknown_probe(name: str, probes: Mapping, source: str) -> list[str]:
     known = ", ".join(sorted(probes))
     line = f"{source}: experiments.probe: expected one of {known}, found {name}"
     return [] if name in probes else [line]
-
-
-def unknown_objects(config: Mapping, others: Collection[str], source: str) -> list[str]:
-    """Options of single objects whose object is nowhere: a misspelt name would have no effect.
-
-    Those are known that ``study.captures`` names, too: a run of dropped captures keeps their
-    options.
-    """
-    known = sorted({*others, *config["study"]["captures"]})
-    return [
-        f"{source}: {block}.objects: expected one of {', '.join(known)}, found {name}"
-        for block, options in config.items()
-        if isinstance(options, Mapping)
-        for name in options.get("objects", ())
-        if name not in known
-    ]
 
 
 def lab_devices(lab: Mapping | None) -> dict[str, set[str]]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, create_model, model_serializer
 
@@ -16,9 +16,7 @@ from palpate.estimate.hertz.options import Hertz
 from palpate.solid.options import IndentationTable, greatest_ratio
 from palpate.surface.options import Aligning
 from palpate.vision.options import Background, Clouds, Force, ProbePose, SupportPlane
-
-# Captures by object and sensor.
-Captures = dict[str, dict[str, tuple[str, ...]]]
+from palpate.workflow.run import Run
 
 
 class Partial(Model):
@@ -50,17 +48,6 @@ class Paths(Model):
     probes: str = option("config/probes", "a file for each", min_length=1)
     meshes: str = option("config/meshes", "kept solid meshes, <object>.vtu", min_length=1)
     lab: str | None = option(None, "the virtual lab's file; null: dropped captures only")
-
-
-class Selection(Model):
-    """Of the lab's recordings, those that tables and figures use."""
-
-    captures: Captures = option({}, "those of the run")
-    tracked: Captures = option({}, "of these, those that are tracked and minimised")
-    direct: Captures = option({}, "estimated directly, where they are not the tracked")
-    block: str = option("", "the object of Tables 5.2 and 5.3")
-    table_5_3_points: Annotated[tuple[str, ...], all_different] = option((), "of Table 5.3")
-    figure_points: dict[str, str] = option({}, "of figures; else the first")
 
 
 class Experiments(Model):
@@ -101,6 +88,8 @@ class Config(Model):
     (0.05, 0.002)
     """
 
+    # What a run with it is.
+    run: ClassVar[type[Run]] = Run
     paths: Paths = option(Paths(), "of files")
     only: str | None = option(None, "name of one object, or null for all")
     seed: int = option(20150401, "of all that is drawn", ge=0, le=2**53)
@@ -110,7 +99,6 @@ class Config(Model):
         " a capture and tells less",
         min_length=1,
     )
-    study: Selection = option(Selection(), "of the lab's recordings")
     experiments: Experiments = option(Experiments(), "about the sensors")
     background: Background = option(Background(), "Section 4.2.1")
     support_plane: SupportPlane = option(SupportPlane(), "the table")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.workflow.run import Described, Run, studied
+from palpate.workflow.run import Described, Run
 
 # Of Hertz fits in one figure.
 MOST_FITS = 4
@@ -20,9 +20,8 @@ class OwnObjects:
 
     @property
     def names(self) -> list[str]:
-        """Objects that are neither the study's nor the lab's."""
-        captured = {capture.object for capture in self.run.captures}
-        return sorted(captured - studied(self.run.config) - set(self.run.lab_objects))
+        """Those objects, in order."""
+        return sorted(self.run.own)
 
     @property
     def summed(self) -> list[str]:
@@ -33,11 +32,6 @@ class OwnObjects:
         """Summary of each of them and of others, by object."""
         names = sorted({*self.summed, *others})
         return [self.run.results(f"{name}/summary.csv") for name in names]
-
-    @property
-    def alone(self) -> bool:
-        """Whether nothing of the study, and nothing of the lab's, is in the run."""
-        return {capture.object for capture in self.run.captures} <= set(self.names)
 
     def outputs(self, figures: Iterable[str]) -> list[str]:
         """Summary of every object, and page, figures and data of those whose methods they show."""
@@ -63,10 +57,6 @@ class OwnObjects:
     def captures(self, wildcards: Any) -> list[Described]:
         """Captures of an object."""
         return self.run.described_of("captures", wildcards.object)
-
-    def minima(self, wildcards: Any) -> list[str]:
-        """What the error minimisation finds of an object's captures."""
-        return self.run.minima_of(self.captures(wildcards))
 
     def points(self, wildcards: Any) -> list[str]:
         """Points of an object's captures."""

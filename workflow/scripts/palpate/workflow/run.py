@@ -1,7 +1,7 @@
 """What one run of the workflow works on, once all that people wrote was read and checked."""
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,8 +14,6 @@ from palpate.workflow.lab_captures import says_simulated
 from palpate.workflow.places import refuse
 from palpate.yaml_files import load_yaml
 
-# Objects of the study beside its block.
-BALL, EAR = "foam_ball", "ear"
 LAB_TEMPLATE = "template.ply"
 PROJECT = Path(__file__).resolve().parents[4]
 # A capture as tables name it.
@@ -36,8 +34,8 @@ class Run:
         Specification by name, from one YAML file each.
     lab : mapping or None
         The virtual lab's configuration; None where the run has only dropped captures.
-    captures : tuple of CaptureId
-        Captures that the run uses, dropped in or to be made by the lab, sorted.
+    found : tuple of CaptureId
+        Captures that are there, dropped in or to be made by the lab, sorted.
     curves : tuple of CaptureId
         Curves of force and position, without a camera; `CURVE` stands for their sensor.
     simulated : frozenset of CaptureId
@@ -52,7 +50,7 @@ class Run:
     sensors: Mapping[str, Mapping]
     probes: Mapping[str, Mapping]
     lab: Mapping | None
-    captures: tuple[CaptureId, ...]
+    found: tuple[CaptureId, ...]
     curves: tuple[CaptureId, ...]
     simulated: frozenset[CaptureId]
     seen: Mapping[str, str]
@@ -60,37 +58,49 @@ class Run:
 
     # Captures by method.
 
+    def chosen(self, which: str) -> Mapping[str, Mapping]:
+        """Recordings of the lab by object and sensor, where a run uses or tracks not all of one."""
+        return {}
+
+    @cached_property
+    def captures(self) -> tuple[CaptureId, ...]:
+        """Those that the run uses."""
+        return self._chosen(self.found, "captures")
+
     @cached_property
     def fitted(self) -> tuple[CaptureId, ...]:
-        """Those of the captures that have a Hertz fit."""
+        """Those of them that have a Hertz fit."""
         return self._asked("hertz", self.captures)
 
     @cached_property
     def tracked(self) -> tuple[CaptureId, ...]:
         """Those whose surfaces are tracked where somebody wants them."""
-        return self._selected(self.config["study"]["tracked"])
-
-    @cached_property
-    def minimised(self) -> tuple[CaptureId, ...]:
-        """Those of the tracked whose errors are minimised."""
-        return self._asked("minimise", self.tracked)
+        return self._chosen(self.captures, "tracked")
 
     @cached_property
     def direct(self) -> tuple[CaptureId, ...]:
         """Those that E and nu are estimated of directly: the tracked, and repeated indentations."""
-        study = self.config["study"]
-        return self._asked("direct", self._selected({**study["tracked"], **study["direct"]}))
+        return self._asked("direct", self._chosen(self.captures, "tracked", "direct"))
 
-    def _selected(self, selection: Mapping) -> tuple[CaptureId, ...]:
-        kept = (c for c in self.captures if c not in self.simulated or selected(c, selection))
-        return tuple(kept)
+    def _chosen(self, captures: Iterable[CaptureId], *which: str) -> tuple[CaptureId, ...]:
+        named = {name: sensors for one in which for name, sensors in self.chosen(one).items()}
+        made = [c for c in self.simulated if c.object in named]
+        left_out = {c for c in made if c.capture not in named[c.object].get(c.sensor, ())}
+        return tuple(c for c in captures if c not in left_out)
+
+    @property
+    def own(self) -> set[str]:
+        """Names of people's own objects, each of which gets a page of its own."""
+        return {capture.object for capture in self.captures} - self._made
 
     def _asked(self, method: str, captures: Iterable[CaptureId]) -> tuple[CaptureId, ...]:
         """Captures that a method runs on; of people's own objects where they ask for it."""
-        if method in self.config["methods"]:
-            return tuple(captures)
-        study = studied(self.config)
-        return tuple(c for c in captures if c in self.simulated or c.object in study)
+        left_out = () if method in self.config["methods"] else self.own
+        return tuple(c for c in captures if c.object not in left_out)
+
+    def problems(self, objects: Collection[str], source: str) -> list[str]:
+        """What a file of the configuration says of captures and objects that are not there."""
+        return []
 
     # Places of files.
 
@@ -115,10 +125,6 @@ class Run:
         """Pattern of a capture's result."""
         return self.results(f"{{object}}/{{sensor}}/{{capture}}/{name}")
 
-    def published(self, table: str) -> str:
-        """A table that the study prints, of the project wherever the run is."""
-        return self.of_project(f"config/published/{table}.csv")
-
     def of_project(self, name: str) -> str:
         """A file of the project, wherever the run is."""
         path = PROJECT / name
@@ -132,41 +138,16 @@ class Run:
             for name in names
         ]
 
-    def minima_of(self, captures: Iterable[Described]) -> list[str]:
-        """Minima of those captures whose errors are minimised, by capture and then by error."""
-        known, keys = set(self.minimised), ("object", "sensor", "capture")
-        chosen = [c for c in captures if CaptureId(*(c[key] for key in keys)) in known]
-        return self.files(chosen, *self.minima)
-
     def recordings(self, captures: Iterable[Described]) -> list[str]:
         """Folders of captures."""
         return [self.raw(f"{c['object']}/{c['sensor']}/{c['capture']}") for c in captures]
 
-    @property
-    def minima(self) -> list[str]:
-        """Names of what the error minimisation finds of a capture."""
-        return [f"minimise-{error}.json" for error in self.errors]
-
     # What the configuration says of captures.
-
-    @property
-    def errors(self) -> Sequence[str]:
-        """Error options of the minimisation."""
-        return self.config["error_options"]
 
     @property
     def tracker(self) -> str:
         """Tracker whose surfaces the estimates are made from."""
         return self.config["tracking"]["estimate_from"]
-
-    @property
-    def search(self) -> Mapping:
-        """Options of the error minimisation, without what single objects and steps have."""
-        return {k: v for k, v in self.config["minimise"].items() if k not in ("objects", "steps")}
-
-    def search_of(self, wildcards: Any) -> Mapping:
-        """Options of the error minimisation for an object."""
-        return self.search | self.config["minimise"]["objects"].get(wildcards.object, {})
 
     def sensor_spec(self, wildcards: Any) -> Mapping:
         """A sensor's file."""
@@ -447,18 +428,6 @@ class Run:
     @cached_property
     def _made(self) -> frozenset[str]:
         return frozenset(capture.object for capture in self.simulated)
-
-
-def studied(config: Mapping) -> set[str]:
-    """Names of the study's objects: any other is of people's own, and gets a page of its own."""
-    study = config["study"]
-    return {study["block"], BALL, EAR, *study["captures"]}
-
-
-def selected(capture: CaptureId, selection: Mapping) -> bool:
-    """Whether the study uses a recording of the lab; all are of an object that it does not name."""
-    chosen = selection.get(capture.object)
-    return chosen is None or capture.capture in chosen.get(capture.sensor, [])
 
 
 def one_of(names: Iterable[str]) -> str:

@@ -97,14 +97,6 @@ class Standing:
             for _, c in sorted(first.items())
         ]
 
-    def minimised(self) -> list[Described]:
-        """Those of them whose errors were minimised."""
-        return [
-            c
-            for c in self.tracked()
-            if all(Path(path).is_file() for path in self.run.files([c], *self.run.minima))
-        ]
-
 
 def value_digest(value: Any) -> str:
     """Digest plain values, sixteen hexadecimal digits; a run keeps it for each of its jobs."""

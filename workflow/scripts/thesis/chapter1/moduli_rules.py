@@ -4,14 +4,15 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from palpate.workflow.run import Run
 from snakemake.io import strip_wildcard_constraints
+
+from thesis.run import StudyRun
 
 # Stages that share a file of rules with others.
 STAGES = {"hertz": "hertz", "minimise": "elasticity"}
 
 
-def path_to_moduli(run: Run, rules: Iterable[Any]) -> list[dict]:
+def path_to_moduli(run: StudyRun, rules: Iterable[Any]) -> list[dict]:
     """Rules from the recordings to (E, nu), each with what it reads of which other.
 
     The path is walked back from the results of the first minimised capture of each object by each
@@ -19,7 +20,7 @@ def path_to_moduli(run: Run, rules: Iterable[Any]) -> list[dict]:
 
     Parameters
     ----------
-    run : Run
+    run : StudyRun
     rules : iterable
         Snakemake's rules.
     """
@@ -73,7 +74,7 @@ def _pattern_of(writer: Any, path: str) -> str:
     return Path(path).name
 
 
-def _recording_name(run: Run, path: str) -> str:
+def _recording_name(run: StudyRun, path: str) -> str:
     """What a recording is, without whose it is."""
     captures = {run.raw(f"{c.object}/{c.sensor}/{c.capture}") for c in run.minimised}
     return "capture" if path in captures else Path(path).name

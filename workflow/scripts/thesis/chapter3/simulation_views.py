@@ -8,12 +8,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from palpate.report.panels import coloured, displacement_bar, named, scale_bar, surface_panel
+from palpate.report.panels import named
 from palpate.report.style import BLACK, BLUE, GREEN, PAGE_IN, SMALL, label_provenance
-from palpate.report.views import View
 from palpate.units import MILLIMETRES
 
+from thesis.panels import coloured, displacement_bar, scale_bar, surface_panel
 from thesis.tracker.simulation import SimulatedSteps, read_steps
+from thesis.views import View
 
 EXAGGERATION = 4.0
 SIDE = View(-68, 42)

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from palpate.capture.images import Stream
 from palpate.report.panels import named, photo_panel
 from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE_IN, label_provenance
-from palpate.report.views import View
 from palpate.vision.background import BackgroundModel, distortion, load_model
 from palpate.vision.foreground import load_masks
 from palpate.vision.options import Background
 
 from thesis.diagrams import TEXT_PT, Sketch, blank, provenances, scale_bar, write
+from thesis.views import View
 
 WHITE_LEVEL, TICKS = 255, (100, 200)
 # Half a side of the zoom [px].

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from palpate.json_fields import read_all
 from palpate.report.panels import named
 from palpate.report.style import BLUE, GREEN, GREY, ORANGE, PAGE_IN, sensor_name
-from palpate.report.views import View
 from palpate.units import MILLIMETRES
 from palpate.vision.clouds import Cloud, read_clouds
 from scipy.spatial import cKDTree
 
 from thesis.diagrams import TEXT_PT, Sketch, blank, legend_below, provenances, scale_bar, tangents
+from thesis.views import View
 
 # P lies so far from the pressed point, on the rim of the dent [m].
 ASIDE_M = np.array([0.011, 0.0, 0.0])

@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.report.panels import named
 from palpate.report.style import BLUE, GREEN, GREY, ORANGE, PAGE_IN, sensor_name
-from palpate.report.views import View
 from palpate.units import MILLIMETRES
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 
 from thesis.diagrams import DOT_DASH, FROM_CAMERA, NOTE, Sketch, blank, matrix
+from thesis.views import View
 
 # Lengths of the drawing are in pixels: the image plane lies at its focal length, so the field of
 # view is true; the object's point lies so many focal lengths away.

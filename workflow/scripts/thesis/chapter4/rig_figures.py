@@ -22,7 +22,6 @@ from palpate.report.style import (
     label_provenance,
     sensor_name,
 )
-from palpate.report.views import View
 from palpate.units import MILLIMETRES
 
 from thesis.chapter4 import rig
@@ -38,6 +37,7 @@ from thesis.diagrams import (
     scale_bar,
     write,
 )
+from thesis.views import View
 
 # From a device's axes (right, down, ahead) to axes with z up; the reader stands before it.
 STANDING = np.array([[-1.0, 0, 0], [0, 0, -1.0], [0, -1.0, 0]])

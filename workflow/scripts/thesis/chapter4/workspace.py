@@ -15,19 +15,21 @@ from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera, camera_from_spec, sensor_with_optics
 from palpate.vision.marker import CornerFollower, board_of
 from palpate.vision.photometric import BoardRefiner
-from palpate.vision.pose import MarkerPose, candidate_poses, settle
+from palpate.vision.pose import (
+    CORNERS,
+    REFINED,
+    MarkerPose,
+    averages,
+    candidate_poses,
+    select_threshold,
+    settle,
+)
 from palpate.vision.probe import board_poses, marker_from_tip
 
 from thesis import published
 
 # Section 4.2.3: 0.05 to 0.6 pixels in steps of 0.05.
 THRESHOLDS_PX = tuple(round(0.05 * k, 2) for k in range(1, 13))
-# A threshold may be selected when it leaves a pose in at least this part of the frames.
-LEAST_FOUND = 0.99
-# Deviations that differ by less than this part count as the same; of them the smallest threshold
-# is selected.
-SAME = 0.02
-CORNERS, REFINED = "corners", "photometric"
 AXES = ("x", "y", "z")
 # Columns of the grid's file that name a point.
 PLACE = ("point", "row", "column", "x_m", "y_m")
@@ -145,47 +147,6 @@ def threshold_rows(
         row = {"method": CORNERS, "threshold_px": threshold_px}
         rows.append(row | point_row(poses, marker_from_tip))
     return rows
-
-
-def averages(table: pd.DataFrame) -> pd.DataFrame:
-    """Means over the workspace at each threshold (Eq. 4.22).
-
-    Parameters
-    ----------
-    table : DataFrame
-        Rows of `threshold_rows` of all points.
-
-    Returns
-    -------
-    DataFrame
-        By ``threshold_px``: ``found`` as a part of the frames, and the means of the other columns.
-    """
-    ours = table[table["method"] == CORNERS]
-    groups = ours.groupby("threshold_px")
-    means = groups[[name for name in ours if name.startswith(("std_", "inl", "repr"))]].mean()
-    means["found"] = groups["found"].sum() / groups["frames"].sum()
-    return means
-
-
-def select_threshold(table: pd.DataFrame) -> float:
-    """Reprojection threshold with the least deviation of the target's angle (Figure 4.16) [px].
-
-    Of the thresholds that leave a pose in nearly all frames the one with the smallest mean
-    deviation; among those within 2 % of it the smallest.
-
-    Raises
-    ------
-    ValueError
-        If no threshold leaves a pose in enough frames.
-    """
-    means = averages(table)
-    usable = means[means["found"] >= LEAST_FOUND]["std_angle_rad"]
-    if usable.empty:
-        raise ValueError(
-            f"workspace: expected a threshold with a pose in {LEAST_FOUND:.0%} of the frames,"
-            f" found at most {means['found'].max():.0%}"
-        )
-    return float(usable[usable <= (1 + SAME) * usable.min()].index[0])
 
 
 def make_table_4_2(inputs: Any, params: Any) -> dict:

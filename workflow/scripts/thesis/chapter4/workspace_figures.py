@@ -20,15 +20,9 @@ from palpate.report.style import (
     sensor_name,
 )
 from palpate.units import CENTIMETRES, MILLIMETRES
+from palpate.vision.pose import CORNERS, REFINED, averages, select_threshold
 
-from thesis.chapter4.workspace import (
-    AXES,
-    CORNERS,
-    REFINED,
-    averages,
-    by_sensor,
-    select_threshold,
-)
+from thesis.chapter4.workspace import AXES, by_sensor
 from thesis.diagrams import DASHED, TEXT_PT, by_sensor_panels, legend_below, provenances
 
 AXIS_LOOKS = {

@@ -9,21 +9,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.json_fields import read_all
-from palpate.report.panels import (
-    coloured,
-    displacement_bar,
-    named,
-    panels,
-    scale_bar,
-    surface_panel,
-    wire,
-)
+from palpate.report.panels import Surface, named
 from palpate.report.style import SMALL, label_provenance, sensor_name
-from palpate.report.views import MILLIMETRES, Surface, View
 from palpate.solid.load import contact_triangle, outward_normal
 from palpate.solid.mesh import SolidMesh
 from palpate.surface.recorded import Recorded
 from palpate.surface.tracked import Tracked, load_tracked
+from palpate.units import MILLIMETRES
 from scipy.spatial.transform import Rotation
 
 from thesis.chapter5.tracking_inputs import recordings_of
@@ -31,6 +23,8 @@ from thesis.diagrams import provenances
 from thesis.minimise.objective import Objective, Problem
 from thesis.minimise.options import Load, Solid
 from thesis.minimise.problem import pose_problem
+from thesis.panels import coloured, displacement_bar, panels, scale_bar, surface_panel, wire
+from thesis.views import View
 
 # Table 5.4, Bumblebee, both terms of the error.
 STUDY_E_PA, STUDY_NU = 130160.0, 0.2942

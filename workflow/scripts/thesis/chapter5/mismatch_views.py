@@ -11,21 +11,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
-from palpate.report.panels import (
-    coloured,
-    displacement_bar,
-    named,
-    panels,
-    scale_bar,
-    surface_panel,
-)
+from palpate.report.panels import named
 from palpate.report.style import BLACK, ORANGE, PAGE_IN, SMALL, label_provenance, sensor_name
 from palpate.report.surface_figures import ZOOM_M
-from palpate.report.views import MILLIMETRES, View, view_from
 from palpate.solid.mesh import read_solid
 from palpate.surface.tracked import load_tracked
+from palpate.units import MILLIMETRES
 
 from thesis.diagrams import HALO, provenances
+from thesis.panels import coloured, displacement_bar, panels, scale_bar, surface_panel
+from thesis.views import View, view_from
 
 HALF_TURN_DEG = 180.0
 RIGHT, ROOM_IN = 0.87, 0.62

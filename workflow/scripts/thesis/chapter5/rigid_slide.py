@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from palpate.report.panels import cloud_panel, named, panels, scale_bar
+from palpate.report.panels import named
 from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, label_provenance
-from palpate.report.views import MILLIMETRES, View
 from palpate.surface.alignment import resting_prior
 from palpate.surface.options import Aligning
 from palpate.surface.pose import (
@@ -23,13 +22,16 @@ from palpate.surface.pose import (
 )
 from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, refine_template, vertex_normals
+from palpate.units import MILLIMETRES
 from palpate.vision.support_plane import read_plane
 from palpate.yaml_files import load_yaml
 from scipy.spatial import cKDTree
 
 from thesis.chapter5.tracking_inputs import last_frames, recordings_of
 from thesis.diagrams import provenances
+from thesis.panels import cloud_panel, panels, scale_bar
 from thesis.tracker.capture import undeformed_points
+from thesis.views import View
 
 STEPS = 200
 BAR_ROOM_MM = 35

@@ -5,21 +5,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from palpate.report.panels import (
-    cloud_panel,
-    coloured,
-    displacement_bar,
-    legend,
-    named,
-    outline,
-    panels,
-    photo_panel,
-    scale_bar,
-    surface_panel,
-)
+from palpate.report.panels import Surface, named, photo_panel
 from palpate.report.style import BLUE, GREEN, GREY, ORANGE, SMALL, label_provenance, sensor_name
 from palpate.report.surface_figures import TrackedView, section_panel
-from palpate.report.views import Surface, View, view_from
 from palpate.surface.alignment import load_alignment
 from palpate.surface.pose import to_object
 
@@ -31,7 +19,18 @@ from thesis.chapter5.tracking_inputs import (
     surface_of,
 )
 from thesis.diagrams import provenances
+from thesis.panels import (
+    cloud_panel,
+    coloured,
+    displacement_bar,
+    legend,
+    outline,
+    panels,
+    scale_bar,
+    surface_panel,
+)
 from thesis.tracker.options import tracking_options
+from thesis.views import View, view_from
 
 CLOSE_MM, AROUND_MM, LOWEST_MM = (76.0, 44.0), (84.0, 62.0), -21
 # Of the views of the ball, above the camera's side.

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from palpate.capture.images import Stream
 from palpate.capture.tables import read_table
 from palpate.json_fields import read_all
-from palpate.report.views import Surface
+from palpate.report.panels import Surface
 from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import load_alignment
 from palpate.surface.pose import to_camera, to_object

@@ -9,9 +9,9 @@ import pandas as pd
 from palpate.json_fields import read_all, read_one
 from palpate.report import outputs
 from palpate.solid.mesh import read_solid
+from palpate.vision.pose import CORNERS, select_threshold
 
 from thesis import published
-from thesis.chapter4.workspace import CORNERS, select_threshold
 from thesis.chapter5.tracking_inputs import last_frames, surface_of
 from thesis.findings import comparison, printed
 from thesis.findings import statements as findings

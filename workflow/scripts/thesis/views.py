@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
-
 from palpate.open3d_core import o3d, scene_of
 from palpate.surface.template import vertex_normals
 from palpate.units import MILLIMETRES
@@ -16,34 +15,6 @@ DARKEST = 0.42
 SAMPLES = 2
 EDGE_SHADE, EDGE_PX = 0.45, 0.9
 MARGIN = 0.04
-
-
-@dataclass(frozen=True)
-class Surface:
-    """Surface of one object before and in a frame, object frame.
-
-    Attributes
-    ----------
-    rest_m, deformed_m : (n, 3) arrays
-        Vertices [m].
-    faces : (m, 3) int array
-        Outward triangles.
-    contact_m : (3,) array
-        Touched point of the undeformed surface [m].
-    """
-
-    rest_m: NDArray
-    deformed_m: NDArray
-    faces: NDArray
-    contact_m: NDArray
-
-    def displacement_mm(self) -> NDArray:
-        """Length of each vertex's displacement, shape (n,) [mm]."""
-        return np.linalg.norm(self.deformed_m - self.rest_m, axis=1) * MILLIMETRES
-
-    def volume_change(self) -> float:
-        """Change of the enclosed volume as a part of the undeformed one."""
-        return _volume(self.deformed_m, self.faces) / _volume(self.rest_m, self.faces) - 1
 
 
 @dataclass(frozen=True)
@@ -201,7 +172,3 @@ def _averaged(rgba: NDArray) -> NDArray:
     opacity = blocks[..., 3:]
     colour = np.where(opacity > 0, blocks[..., :3] / np.maximum(opacity, 1e-12), 1.0)
     return np.clip(np.concatenate([colour, opacity], axis=-1), 0, 1)
-
-
-def _volume(vertices: NDArray, faces: NDArray) -> float:
-    return float(np.linalg.det(vertices[faces] - vertices.mean(axis=0)).sum() / 6)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.report.views import Surface, View, render_surface, view_from
+from palpate.report.panels import Surface
+from thesis.views import View, render_surface, view_from
 
 
 def test_a_parallel_view_stands_where_the_camera_stood():
