@@ -9,15 +9,14 @@ import trimesh
 from floor import floor
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.mesh import solid_mesh
-from palpate.surface.alignment import Alignment, AlignmentResidual
+from palpate.surface.alignment import Alignment
 from palpate.surface.correspondences import pair, rest_offsets
-from palpate.surface.elastic import ElasticTracker
+from palpate.surface.elastic import ElasticTracker, Sphere, Table
 from palpate.surface.elastic_capture import track_by_elasticity
-from palpate.surface.obstacle import Sphere, Table
 from palpate.surface.options import ElasticTracking
 from palpate.surface.pose import to_camera
-from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template
+from palpate.surface.tracked import Recorded
 from scipy.spatial.transform import Rotation
 from skfem import MeshTet
 
@@ -157,8 +156,7 @@ def test_offset_at_rest_is_taken_off(solid, template):
 def test_pairs_by_distance_and_normal(template):
     points = TOP_M + [[0.001, 0, 0.002], [0.001, 0, 0.02], [0.001, 0, 0.001]]
     normals = np.array([[0, 0, 1.0], [0, 0, 1.0], [1.0, 0, 0]])
-    within = {"largest_distance_m": 0.01, "largest_normal_deg": 45}
-    pairs = pair(template.vertices_m, template, (points, normals), **within)
+    pairs = pair(template.vertices_m, template, (points, normals), ElasticTracking())
     assert pairs.distance_m == pytest.approx([0.002])
     lower = pairs.less(np.full(len(template.vertices_m), 0.0005))
     assert lower.distance_m == pytest.approx([0.0015])
@@ -186,7 +184,7 @@ def recorded(solid, template, pose, noise_m, swell=0.0):
         points, normals = points_of(moved, template.faces, 5000, [9, k], noise_m)
         frames.append((to_camera(pose, points), normals @ pose[:3, :3].T))
     tips = to_camera(pose, np.array([sphere_at(depth).centre_m for depth in depths]))
-    alignment = Alignment(pose, TOP_M, 2, AlignmentResidual(0.0, 0.0, 0.0, 0.0, 0))
+    alignment = Alignment(pose, TOP_M, 2, 0.0)
     zeros = np.zeros((len(depths), 3))
     return Recorded(template, solid, floor(1e-6), frames, tips, zeros, RADIUS_M, alignment)
 

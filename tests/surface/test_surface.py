@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 from floor import floor
+from palpate.surface.alignment import align_first
+from palpate.surface.options import Aligning
 from palpate.surface.pose import RestingPrior, align_rigidly, initial_pose, to_camera
 from palpate.surface.sharp_edges import sharp_edge_distance
 from palpate.surface.template import Template, read_template, refine_template
@@ -12,7 +14,6 @@ from virtual_lab.describe import box_template
 
 SIZE = np.array([0.598, 0.150, 0.0475])
 POINT = np.array([-0.05, 0.0, 0.0475])
-WITHIN = {"largest_distance_m": 0.012, "largest_normal_deg": 60}
 
 
 @pytest.fixture(scope="module")
@@ -56,15 +57,13 @@ def test_initial_pose_and_alignment_from_any_yaw(template, pose):
     plane = np.append(pose[:3, 2], -pose[:3, 2] @ pose[:3, 3])
     plane = plane if plane[3] > 0 else -plane
     tip = to_camera(pose, POINT) + 0.002
-    resting = RestingPrior(plane, floor(1e-3), point_m=POINT, centre_m=POINT, tip_m=tip)
+    resting = RestingPrior(plane, floor(1e-3), POINT, centre_m=POINT, tip_m=tip, radius_m=0.0)
     first = initial_pose(template, cloud, resting)
-    found = align_rigidly(template, cloud, normals, first, **WITHIN)
+    found = align_rigidly(template, cloud, normals, first, Aligning())
     gap = to_camera(found, template.vertices_m) - to_camera(pose, template.vertices_m)
     assert np.linalg.norm(gap, axis=1).mean() < 1e-3
-    away = np.eye(4)
-    away[:3, 3] = [0.5, 0.5, 2.0]
-    with pytest.raises(ValueError, match="alignment: expected most of the cloud within 0.012 m"):
-        align_rigidly(template, cloud * 3.0, normals, away, **WITHIN)
+    with pytest.raises(ValueError, match="cloud: expected at least 90% of its points within 12 mm"):
+        align_first(template, (cloud * 3.0, normals), resting, 0, Aligning())
 
 
 @pytest.mark.parametrize("rough", ["template", "drawn"])

@@ -22,8 +22,7 @@ from palpate.report.style import SMALL, label_provenance, sensor_name
 from palpate.report.views import MILLIMETRES, Surface, View
 from palpate.solid.load import contact_triangle, outward_normal
 from palpate.solid.mesh import SolidMesh
-from palpate.surface.recorded import Recorded
-from palpate.surface.tracked import Tracked, load_tracked
+from palpate.surface.tracked import Recorded, Tracked, load_tracked
 from scipy.spatial.transform import Rotation
 
 from thesis.chapter5.tracking_inputs import recordings_of

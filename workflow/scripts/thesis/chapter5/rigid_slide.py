@@ -21,8 +21,8 @@ from palpate.surface.pose import (
     to_camera,
     to_object,
 )
-from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, refine_template, vertex_normals
+from palpate.surface.tracked import Recorded
 from palpate.vision.support_plane import read_plane
 from palpate.yaml_files import load_yaml
 from scipy.spatial import cKDTree
@@ -125,7 +125,7 @@ def ways_of(
         "largest_normal_deg": options.largest_normal_deg,
     }
     nearest = partial(align_to_nearest, template, **within)
-    held = partial(align_rigidly, template, *cut, resting=known, **within)
+    held = partial(align_rigidly, template, *cut, options=options, resting=known)
     return {
         ALONE: Way(partial(nearest, *cut), cut[0], none),
         WHOLE: Way(partial(nearest, whole, normals), whole, none),

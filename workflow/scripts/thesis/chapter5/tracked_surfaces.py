@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from palpate.report.views import view_from
 from palpate.surface.alignment import load_alignment
 from palpate.surface.pose import to_object
-from palpate.surface.recorded import Recorded
+from palpate.surface.tracked import Recorded
 
 from thesis.chapter5 import tracking_figures as figures
 from thesis.chapter5.tracking_inputs import (
