@@ -22,7 +22,7 @@ from palpate.estimate.direct.fit import Solution, blocks_of
 from palpate.estimate.direct.indentation import DirectIndentation, linearised
 from palpate.estimate.direct.options import Fit, ModelStd, Rig
 from palpate.estimate.direct.rig import UNSTATED, ProbeUncertainty
-from palpate.report.source_words import SOURCES
+from palpate.report.budget_bars import SOURCES
 from scipy.integrate import quad
 from scipy.stats import chi2, halfnorm, t
 
