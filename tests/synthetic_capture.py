@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.laws import LAW_NAMES
 from palpate.solid.support import Support
-from palpate.surface.alignment import Alignment, AlignmentResidual
+from palpate.surface.alignment import Alignment
 from palpate.surface.template import Template
 from palpate.vision.force import WRENCH
 from palpate.vision.probe import ALONG_STD, AXIS, MARKER, QUATERNION, TIP, marker_from_tip
@@ -92,7 +92,7 @@ class Synthetic:
     def alignment(self) -> Alignment:
         """The true one."""
         first = int(np.argmax(depth_m(TIME_S) > 0))
-        return Alignment(self.camera_from_object, POINT_M, first, AlignmentResidual(0, 0, 0, 0, 1))
+        return Alignment(self.camera_from_object, POINT_M, first, 0.0)
 
     @property
     def tips_m(self) -> NDArray:

@@ -16,10 +16,10 @@ import yaml
 from floor import floor
 from numpy.typing import NDArray
 from palpate.solid.mesh import read_solid
-from palpate.surface.alignment import Alignment, AlignmentResidual
+from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_camera
-from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template
+from palpate.surface.tracked import Recorded
 from virtual_lab.describe import box_template
 from virtual_lab.indentation import indent_object
 from virtual_lab.load_steps import LoadSteps
@@ -132,7 +132,7 @@ def dented_block(
 def _alignment(pose: NDArray, depths: NDArray) -> Alignment:
     pressed = np.flatnonzero(depths > FIRST_DEPTH_M)
     first = int(pressed[0]) if len(pressed) else len(depths) - 1
-    return Alignment(pose, POINT_M, first, AlignmentResidual(0.0, 0.0, 0.0, 0.0, 0))
+    return Alignment(pose, POINT_M, first, 0.0)
 
 
 def _cloud(

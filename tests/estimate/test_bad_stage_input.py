@@ -6,7 +6,7 @@ import pytest
 import trimesh
 import yaml
 from palpate.capture.tables import write_table
-from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
+from palpate.surface.alignment import Alignment, save_alignment
 from settings import full
 
 SIZE, RADIUS = 0.1, 0.00622
@@ -62,8 +62,7 @@ def test_hertz_fit(stage, root, tmp_path, depths, newtons, baseline, found):
     """Of an indentation into the top of a box."""
     box = trimesh.creation.box((SIZE, SIZE, SIZE)).subdivide()
     box.apply_translation([SIZE / 2] * 3).export(tmp_path / "template.ply")
-    residual = AlignmentResidual(0.0, 0.0, 0.0, 0.0, 1)
-    save_alignment(tmp_path / "alignment.json", Alignment(np.eye(4), TOP, 1, residual))
+    save_alignment(tmp_path / "alignment.json", Alignment(np.eye(4), TOP, 1, 1e-4))
     tips = TOP + [0, 0, RADIUS] - np.outer(depths, [0, 0, 1])
     poses = dict(zip(("tip_x_m", "tip_y_m", "tip_z_m"), tips.T, strict=True))
     table = pd.DataFrame(poses | {"raw_tip_std_along_m": 0 * tips[:, 0]})

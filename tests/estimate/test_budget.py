@@ -21,7 +21,7 @@ from palpate.estimate.direct.deviations import Scales, with_depth_errors
 from palpate.estimate.direct.fit import Solution, held_at
 from palpate.estimate.direct.indentation import OWN, DirectIndentation
 from palpate.estimate.direct.options import UNSTATED, Fit, ModelStd, ProbeUncertainty, Rig
-from palpate.report.source_words import SOURCES
+from palpate.report.budget_bars import SOURCES
 from scipy.integrate import quad
 from scipy.stats import chi2, halfnorm, t
 

@@ -11,7 +11,7 @@ from palpate.estimate.direct.motion import observed_motion, rest_frames
 from palpate.estimate.direct.options import Fit, Observation, ProbeUncertainty
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.solid.smooth_surface import SmoothSurface
-from palpate.surface.capture import align_first
+from palpate.surface.alignment import align_first, resting_prior
 from palpate.surface.options import Aligning
 from palpate.surface.pose import to_object
 from palpate.vision.force import FORCE
@@ -242,8 +242,8 @@ def test_from_clouds_and_forces_to_the_moduli(synthetic, sensors):
     forces, tips = table[FORCE].to_numpy(), synthetic.tips_m
     peak = int(np.argmax(np.linalg.norm(forces, axis=1)))
     block = synthetic.template, synthetic.support, {"position_m": POINT_M}, synthetic.plane
-    frames = synthetic.clouds[0], tips, FIRST, peak, Aligning()
-    aligned = align_first(*block, *frames, indenter_radius_m=radius)
+    resting = resting_prior(*block, tips, FIRST, peak, indenter_radius_m=radius)
+    aligned = align_first(block[0], synthetic.clouds[0], resting, FIRST, Aligning())
     gap = aligned.camera_from_object - synthetic.camera_from_object
     assert np.abs(gap[:3, 3]).max() < 5e-5 and np.abs(gap[:3, :3]).max() < 5e-4
     assert aligned.contact_point_m == pytest.approx(POINT_M, abs=1e-4)

@@ -10,7 +10,7 @@ from palpate.estimate.hertz.models import estimate_hertz, fit_model
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.shape import Shape, equivalent_radius, side_part
 from palpate.solid.support import Support
-from palpate.surface.alignment import Alignment, AlignmentResidual
+from palpate.surface.alignment import Alignment
 from palpate.surface.template import Template
 from scipy.integrate import quad
 from scipy.optimize import brentq
@@ -55,7 +55,7 @@ def pressed(mesh, force_of, *, deepest_m=SHALLOW_M, at=(0.0, 0.0), contact="bond
     return indentation_of(
         Template(np.asarray(mesh.vertices), np.asarray(mesh.faces)),
         Support(np.zeros(3), UP, 0.001, contact),
-        Alignment(np.eye(4), top, 14, AlignmentResidual(1e-3, 5e-4, 1e-4, 5e-4, 300)),
+        Alignment(np.eye(4), top, 14, 1e-3),
         tips,
         forces,
         time,

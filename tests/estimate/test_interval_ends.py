@@ -52,7 +52,7 @@ def intervals_of(nu, stds, *, options=None, frames=50, correlation=0.0, table_st
         return log + moved, z**2, np.zeros_like(moved)
 
     few, bounds = frames < 5 and not best.options.poisson_ratio, best.options.poisson_ratio_bounds
-    half = (1 - 1e-7) * NORMAL * stds[1]
+    half = NORMAL * stds[1]
     profile = Profile(np.array(bounds) if few else np.clip([nu - half, nu + half], *bounds), at)
     return intervals(best, quantities, budget, profile)
 

@@ -12,7 +12,7 @@ from palpate.estimate.direct.motion import (
     save_motion,
 )
 from palpate.estimate.direct.options import Observation
-from palpate.surface.alignment import Alignment, AlignmentResidual
+from palpate.surface.alignment import Alignment
 from palpate.surface.template import Template
 from scipy.spatial.transform import Rotation
 from trimesh.creation import box
@@ -46,7 +46,7 @@ def template():
 
 def alignment(camera_from_object=None):
     found = pose() if camera_from_object is None else camera_from_object
-    return Alignment(found, np.array([0, 0, TOP_M]), REST, AlignmentResidual(0.0, 0.0, 0.0, 0.0, 1))
+    return Alignment(found, np.array([0, 0, TOP_M]), REST, 0.0)
 
 
 def dent(places_m):

@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from browser import browser, missing
+from palpate.report.budget_bars import SOURCES
 from palpate.report.held import Held
 from palpate.report.other_methods import HERTZ
 from palpate.report.own_page import CAPTIONS, own_page
 from palpate.report.press_pictures import FOUND, MEASURED, Glimpse
 from palpate.report.settings_words import checksums
-from palpate.report.source_words import SOURCES
 from palpate.report.table_page import table
 from palpate.report.turning_view import view_of
 from test_turning_view import pressed

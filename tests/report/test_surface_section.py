@@ -17,8 +17,8 @@ def figure():
         ball.vertices,
         ball.vertices * 0.9,
         ball.faces,
-        ball.vertices[:50],
         CENTRE,
+        ball.vertices[:50],
         np.arange(80, dtype=np.uint8).reshape(8, 10),
         (slice(2, 6), slice(3, 9)),
     )

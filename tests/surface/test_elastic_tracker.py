@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 from floor import floor
 from palpate.solid.mesh import solid_mesh
-from palpate.surface.alignment import Alignment, AlignmentResidual
-from palpate.surface.elastic import ElasticTracker
+from palpate.surface.alignment import Alignment
+from palpate.surface.elastic import ElasticTracker, Sphere, Table
 from palpate.surface.elastic_capture import track_by_elasticity
-from palpate.surface.obstacle import Sphere, Table
 from palpate.surface.options import ElasticTracking
 from palpate.surface.pose import to_camera
-from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template
+from palpate.surface.tracked import Recorded
 from scipy.spatial.transform import Rotation
 from skfem import MeshTet
 
@@ -140,7 +139,7 @@ def recorded(solid, template, pose, noise_m, swell=0.0):
         points, normals = points_of(moved, template.faces, 5000, [9, k], noise_m)
         frames.append((to_camera(pose, points), normals @ pose[:3, :3].T))
     tips = to_camera(pose, np.array([sphere_at(depth).centre_m for depth in depths]))
-    alignment = Alignment(pose, TOP_M, 2, AlignmentResidual(0.0, 0.0, 0.0, 0.0, 0))
+    alignment = Alignment(pose, TOP_M, 2, 0.0)
     zeros = np.zeros((len(depths), 3))
     return Recorded(template, solid, floor(1e-6), frames, tips, zeros, RADIUS_M, alignment)
 

@@ -5,15 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import pyvista as pv
 import trimesh
 from palpate.surface.options import ElasticTracking
 from palpate.surface.pose import to_camera, to_object
-from palpate.surface.series import save_series
+from palpate.surface.series import INDEX, save_series
 from palpate.surface.tracked import Tracked, describe, load_tracked, save_tracked
 from scipy.spatial.transform import Rotation
-from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
-from vtkmodules.vtkIOHDF import vtkHDFReader
 
 FRAMES = 5
 TIME_S = np.array([0.0, 0.171, 0.330, 0.499, 0.668])
@@ -39,42 +37,46 @@ def tips(tracked):
     return tracked.rest_m[7] + np.linspace(0.002, -0.002, FRAMES)[:, None] * np.ones(3)
 
 
+def contents(folder):
+    """Bytes of a folder's files, by name."""
+    return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
 def test_vtk_reads_every_step(tmp_path, tracked, tips):
-    """VTK's own reader gives times, places, values and triangles back."""
-    path, reader = tmp_path / "tracked.vtkhdf", vtkHDFReader()
-    save_series(path, tracked, time_s=TIME_S, tips_m=tips)
-    reader.SetFileName(str(path))
-    reader.UpdateInformation()
-    times = reader.GetOutputInformation(0).Get(Pipeline.TIME_STEPS())
-    assert times == pytest.approx(TIME_S, abs=1e-6)
+    save_series(tmp_path / "series", tracked, time_s=TIME_S, tips_m=tips)
+    reader = pv.get_reader(tmp_path / "series" / INDEX)
+    assert reader.time_values == TIME_S.tolist()
     for k in range(FRAMES):
-        reader.SetStep(k)
-        reader.Update()
-        surface = reader.GetOutputDataObject(0)
-        points, fields = surface.GetPointData(), surface.GetFieldData()
+        reader.set_active_time_point(k)
+        surface = reader.read()[0]
         place = to_object(tracked.camera_from_object, tracked.vertices_m[k])
-        assert np.allclose(vtk_to_numpy(surface.GetPoints().GetData()), place, atol=5e-8)
         expected = {
             "displacement_m": place - tracked.template_m,
             "distance_moved_m": np.linalg.norm(place - tracked.template_m, axis=1),
             "observed": tracked.observed[k],
         }
+        assert np.allclose(surface.points, place, atol=5e-8)
         for name, values in expected.items():
-            assert np.allclose(vtk_to_numpy(points.GetArray(name)), values, atol=5e-8), name
-        expected = {
-            "time_s": TIME_S[k],
-            "residual_m": tracked.residual_m[k],
-            "contact_point_m": tracked.contact_point_m,
-            "tip_m": to_object(tracked.camera_from_object, tips[k]),
-        }
-        for name, values in expected.items():
-            assert np.allclose(vtk_to_numpy(fields.GetArray(name)), values, atol=1e-15), name
-        corners = vtk_to_numpy(surface.GetPolys().GetConnectivityArray())
-        assert (corners.reshape(-1, 3) == tracked.faces).all()
+            assert np.allclose(surface.point_data[name], values, atol=5e-8), name
+        assert (surface.regular_faces == tracked.faces).all()
+        assert surface.field_data["residual_m"] == tracked.residual_m[k]
+        assert (surface.field_data["contact_point_m"] == tracked.contact_point_m).all()
+        tip = to_object(tracked.camera_from_object, tips[k])
+        assert np.allclose(surface.field_data["tip_m"], tip, atol=1e-15)
+
+
+def test_same_surface_same_bytes_whenever_written(tmp_path, tracked, tips):
+    first, second = tmp_path / "first", tmp_path / "second"
+    save_series(first, tracked, time_s=TIME_S, tips_m=tips)
+    save_series(second, tracked, time_s=TIME_S, tips_m=tips)
+    assert contents(first) == contents(second) and len(contents(first)) == FRAMES + 1
+    other = replace(tracked, residual_m=tracked.residual_m + 1e-6)
+    save_series(second, other, time_s=TIME_S, tips_m=tips)
+    assert contents(first) != contents(second)
 
 
 def test_a_series_refuses_other_frames(tmp_path, tracked, tips):
-    path = tmp_path / "tracked.vtkhdf"
+    path = tmp_path / "series"
     for time_s, tips_m, line in (
         (TIME_S[:4], tips, r"time_s: expected 5 times, found shape \(4,\)"),
         (TIME_S[::-1], tips, "time_s: expected increasing times"),

@@ -5,9 +5,9 @@ import pytest
 import trimesh
 from palpate.open3d_core import ClosestPoints, o3d
 from palpate.solid.quality import cutting_triangles
-from palpate.surface import unfold
+from palpate.surface import template
 from palpate.surface.scans import implicit_surface, read_scans, register, template_from_scans
-from palpate.surface.unfold import unfolded
+from palpate.surface.template import unfolded
 from virtual_lab.scanner import NOISE_M, scan_views, write_scans
 
 RADII = np.array([0.05, 0.035, 0.03])
@@ -114,7 +114,7 @@ def test_points_without_a_normal_punch_no_hole(tmp_path):
 def test_a_grid_that_no_memory_holds_is_refused_with_its_size(monkeypatch):
     points = np.random.default_rng(1).random((100, 3))
     with pytest.raises(ValueError, match="expected 0.0043 m or more .* found 0.001 m .968 million"):
-        implicit_surface(points, points, 0.001)
+        implicit_surface(points, points, np.ones(len(points)), 0.001)
 
 
 def test_views_that_do_not_overlap_or_close_are_refused(views, tmp_path):
@@ -139,7 +139,7 @@ def test_a_fold_is_smoothed_away_and_the_rest_stays():
 
 
 def test_a_surface_that_stays_folded_is_told(monkeypatch):
-    monkeypatch.setattr(unfold, "UNFOLDING_ROUNDS", 1)
+    monkeypatch.setattr(template, "UNFOLDING_ROUNDS", 1)
     ball = trimesh.creation.icosphere(subdivisions=3)
     ball.vertices[100] *= -1.5
     with pytest.raises(ValueError, match="scans: expected a surface that does not cut itself"):

@@ -61,7 +61,7 @@ for figure in OWN_FIGURES:
         params:
             **figure.rule_params(OWN),
         message:
-            f"Figure of {figure.shows} of {{wildcards.object}}"
+            f"Figure of {{wildcards.object}}: {figure.title}"
         script:
             "../scripts/stages/artefact.py"
 

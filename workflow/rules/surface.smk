@@ -76,7 +76,7 @@ rule track:
         force=RUN.of_capture("force.csv"),
     output:
         tracked=RUN.of_capture("tracked-{tracker}.npz"),
-        series=RUN.of_capture("tracked-{tracker}.vtkhdf"),
+        series=directory(RUN.of_capture("tracked-{tracker}-series")),
         description=RUN.of_capture("tracked-{tracker}.json"),
     log:
         RUN.results("logs/track/{object}-{sensor}-{capture}-{tracker}.log"),

@@ -153,7 +153,7 @@ def _place(capture: Capture, found: Alignment) -> Findings:
     """Where the template and the first contact lie."""
     declared_m = capture.declared["points"][capture.point]["position_m"]
     away_mm = MILLIMETRES * float(np.linalg.norm(found.contact_point_m - declared_m))
-    off = f"template {MILLIMETRES * found.residual.rms_m:.1f} mm off the first cloud (rms)"
+    off = f"template {MILLIMETRES * found.rms_m:.1f} mm off the first cloud (rms)"
     told = (f"{off}, contact {away_mm:.1f} mm from the declared point",)
     if away_mm <= FAR_MM:
         return Findings(found=told)

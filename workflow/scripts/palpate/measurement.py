@@ -23,13 +23,11 @@ from palpate.solid.load_steps import point_table
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.options import IndentationTable
 from palpate.solid.support import Support, read_support
-from palpate.surface.alignment import Alignment
-from palpate.surface.capture import align_first
+from palpate.surface.alignment import Alignment, align_first, resting_prior
 from palpate.surface.elastic_capture import track_by_elasticity
 from palpate.surface.options import ElasticTracking
-from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, read_template
-from palpate.surface.tracked import Tracked
+from palpate.surface.tracked import Recorded, Tracked
 from palpate.vision.background import build_model
 from palpate.vision.clock import ClockOffset
 from palpate.vision.clouds import Cloud, Reach, clouds_of, read_clouds, save_clouds
@@ -386,17 +384,11 @@ def _aligned(
     capture: Capture, press: Press, of: tuple[Template, Support], cloud: Cloud, config: Config
 ) -> Alignment:
     sizes_n = _sizes_n(press)
-    return align_first(
-        *of,
-        capture.declared["points"][capture.point],
-        press.plane,
-        cloud,
-        columns_of(press.poses, TIP),
-        force_onset(sizes_n, onset_force_n=config.hertz.onset_force_n),
-        int(np.argmax(sizes_n)),
-        config.tracking.alignment,
-        indenter_radius_m=capture.radius_m,
-    )
+    onset = force_onset(sizes_n, onset_force_n=config.hertz.onset_force_n)
+    place = *of, capture.declared["points"][capture.point], press.plane
+    tips = columns_of(press.poses, TIP), onset, int(np.argmax(sizes_n))
+    resting = resting_prior(*place, *tips, indenter_radius_m=capture.radius_m)
+    return align_first(of[0], cloud, resting, onset, config.tracking.alignment)
 
 
 def _sizes_n(press: Press) -> NDArray:

@@ -4,8 +4,7 @@ import logging
 
 import numpy as np
 from palpate.estimate.hertz.indentation import force_onset
-from palpate.surface.alignment import save_alignment
-from palpate.surface.capture import align_first
+from palpate.surface.alignment import align_first, resting_prior, save_alignment
 from palpate.surface.checks import require_cloud, require_template
 from palpate.surface.options import Aligning
 from palpate.vision.clouds import read_clouds
@@ -30,25 +29,16 @@ def main(snakemake):
         require_cloud(cloud.points_m, frame=0)
     with naming(inputs.template):
         require_template(template)
+    radius, press = params.probe["indenter"]["radius_m"], (tips, onset, int(np.argmax(size)))
     with (
-        naming(inputs.cloud, "alignment", "cloud", "residual"),
+        naming(inputs.cloud, "cloud", "residual"),
         naming(inputs.object, "support", "points"),
         naming(inputs.pose, "tip"),
     ):
-        alignment = align_first(
-            template,
-            support,
-            point,
-            plane,
-            cloud,
-            tips,
-            onset,
-            int(np.argmax(size)),
-            Aligning.read(params.options),
-            indenter_radius_m=params.probe["indenter"]["radius_m"],
-        )
+        resting = resting_prior(template, support, point, plane, *press, indenter_radius_m=radius)
+        alignment = align_first(template, cloud, resting, onset, Aligning.read(params.options))
     logging.info("contact in frame %d", alignment.contact_frame)
-    logging.info("cloud to template: %.3f mm rms", alignment.residual.rms_m * 1e3)
+    logging.info("cloud to template: %.3f mm rms", alignment.rms_m * 1e3)
     save_alignment(snakemake.output.alignment, alignment)
 
 

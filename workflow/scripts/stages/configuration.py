@@ -1,10 +1,10 @@
 """The run's configuration and versions."""
 
 import platform
-from pathlib import Path
 
 from palpate.report import outputs
-from palpate.report.run_description import describe, pinned
+from palpate.report.settings_words import describe
+from palpate.workflow.digest import pins
 from palpate.workflow.job import run
 
 # What results come from; all others stand in environment.lock.
@@ -16,9 +16,9 @@ NAMED = (
 
 def main(snakemake):
     """Write configuration.md."""
-    inputs, params = snakemake.input, snakemake.params
+    params, locked = snakemake.params, pins()
     versions = {"palpate": params.version, "Python": platform.python_version()}
-    versions |= pinned(Path(inputs.lock).read_text(encoding="utf-8"), NAMED)
+    versions |= {name: locked[name] for name in NAMED}
     outputs.write({"md": describe(params.config, versions)}, snakemake.output)
 
 

@@ -18,8 +18,7 @@ def main(snakemake):
                 )
         found.append(table)
     whole = pd.concat(found, ignore_index=True)
-    notes = [tables.SIMULATED_NOTE] if (whole["provenance"] == "simulated").any() else []
-    text = tables.to_markdown(whole, title="Summary", notes=notes)
+    text = tables.markdown(whole, title="Summary")
     made = {"csv": whole, "page": table_page.page(text, title="summary")}
     outputs.write(made, snakemake.output)
 

@@ -10,11 +10,10 @@ from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.result import load_fitted
 from palpate.json_fields import read_all, read_by_folder
 from palpate.report.estimate_rows import compared
-from palpate.report.held import Held
+from palpate.report.held import Held, named
 from palpate.report.other_methods import HERTZ
 from palpate.report.own_page import CAPTIONS, own_page
 from palpate.report.press_pictures import Frames, glimpses
-from palpate.report.recording_checks import named
 from palpate.report.settings_words import checksums, rests_on, told_whole
 from palpate.report.table_page import table
 from palpate.report.turning_view import view_of

@@ -2,13 +2,12 @@
 
 import logging
 
-from palpate.capture.files import whole_file, write_json
+from palpate.capture.files import write_json
 from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import load_alignment
 from palpate.surface.checks import require_cloud, require_contact, require_template
-from palpate.surface.recorded import Recorded
 from palpate.surface.series import save_series
-from palpate.surface.tracked import describe, save_tracked
+from palpate.surface.tracked import Recorded, describe, save_tracked
 from palpate.vision.clouds import read_clouds
 from palpate.workflow.capture_inputs import read_probe
 from palpate.workflow.job import naming, run
@@ -27,8 +26,7 @@ def main(snakemake):
     for k, residual in enumerate(tracked.residual_m):
         logging.info("frame %d: residual %.3f mm", k, residual * 1e3)
     output = snakemake.output
-    with whole_file(output.series) as part:
-        save_series(part, tracked, time_s=times, tips_m=recorded.tips_m)
+    save_series(output.series, tracked, time_s=times, tips_m=recorded.tips_m)
     save_tracked(output.tracked, tracked)
     write_json(output.description, describe(tracked, tracker=tracker, options=options))
 

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 from palpate.open3d_core import o3d, scene_of
+from palpate.solid.mesh import doubled_normals
 from palpate.surface.template import vertex_normals
 from palpate.units import MILLIMETRES
 
@@ -139,8 +140,7 @@ def _hits(flat: NDArray, faces: NDArray, x: NDArray, y: NDArray) -> tuple[NDArra
 def _shaded(vertices_m, faces, view, colours, corners, weights) -> NDArray:
     """Lambert's shading of smooth and flat normals by equal parts."""
     smooth = np.einsum("kc,kcd->kd", weights, vertex_normals(vertices_m, faces)[corners])
-    a, b, c = (vertices_m[corners[:, k]] for k in range(3))
-    flat = np.cross(b - a, c - a)
+    flat = doubled_normals(vertices_m, corners)
     flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-30)
     # Smooth normals would round the sharp edges of a block.
     alike = (smooth * flat).sum(axis=1, keepdims=True) > 0.9 * np.linalg.norm(

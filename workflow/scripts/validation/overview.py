@@ -8,8 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from palpate.json_fields import read_all, read_by_folder
 from palpate.report.own_moduli import QUANTITIES
+from palpate.report.panels import photo_panel
 from palpate.report.style import BLACK, GREY, PAGE_IN, finished, sensor_name
-from palpate.report.surface_figures import TrackedView, photo_panel, read_view, section_panel
+from palpate.report.surface_figures import TrackedView, read_view, section_panel
 from validation.measured import truth_of
 from validation.moduli_figure import COLOURS
 
@@ -49,7 +50,7 @@ def overview(
     figure = plt.figure(figsize=(PAGE_IN, 2.3))
     grid = figure.add_gridspec(2, 3, width_ratios=(1.3, 1.5, 1))
     photo, section = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[:, 1])
-    photo_panel(photo, view)
+    photo_panel(photo, view.photo)
     photo.set_title("A press", y=1.02)
     section_panel(section, view)
     section.set_title("Its dent, as the camera saw it")

@@ -1,15 +1,17 @@
-"""Description of an object's tables for other programmes: a Frictionless Data Package.
+"""An object's tables for other programmes: links, and their description as a data package.
 
-Specification: https://specs.frictionlessdata.io (data package, tabular data resource, table
-schema), version 1.
+Specification of Frictionless Data Packages (data package, tabular data resource, table schema),
+version 1: https://specs.frictionlessdata.io.
 """
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
+
+from palpate.report.material_cards import PROGRAMMES
 
 # Ends of the columns' names, the longest first, and the units that they stand for.
 UNITS = {
@@ -66,6 +68,12 @@ TITLES = {
     "probe_pose.csv": "Pose of the probe in each frame, camera frame",
     "force.csv": "Force on the object in each frame, camera frame",
 }
+SUMMARY, BUDGET, PACKAGE = "summary.csv", "uncertainty_budget.csv", "datapackage.json"
+DESCRIBED = "What each of their columns is, and its unit (a Frictionless Data Package)"
+EXPORTED = (
+    "The recommended estimate as the material of a programme of finite elements, intervals and"
+    " doubts in its comment; from a shell in the project's folder, with {others} as well:"
+)
 NOT_A_NAME = re.compile(r"[^a-z0-9._-]+")
 
 
@@ -93,6 +101,35 @@ def data_package(name: str, folder: str | Path, tables: Mapping[str, pd.DataFram
         "title": f"{name}: what was measured and fitted",
         "resources": [_resource(place, table) for place, table in places.items()],
     }
+
+
+def data(name: str, estimates: Sequence[str], sensors: Sequence[str]) -> str:
+    """Links from an object's page to its tables, and what exports its material.
+
+    Parameters
+    ----------
+    name : str
+        The object, as its folder is called.
+    estimates : sequence of str
+        What its recommended estimates are called; see `material.names_of`.
+    sensors : sequence of str
+        Those with a budget.
+
+    Returns
+    -------
+    str
+        Markdown. The tables are not read: a run makes them beside the page.
+    """
+    tables = {place: told for place, told in TITLES.items() if place.startswith("data/")}
+    tables |= {SUMMARY: TITLES[SUMMARY]}
+    tables |= {f"{sensor}/{BUDGET}": TITLES[BUDGET] for sensor in sensors}
+    tables |= {PACKAGE: DESCRIBED}
+    links = [f"- [{place}](<{place}>): {told}." for place, told in tables.items()]
+    which = [f" --sensor {one}" for one in estimates] if len(estimates) > 1 else [""]
+    first, *others = PROGRAMMES
+    commands = [f"palpate export {name}{one} --to {first}" for one in which]
+    told = EXPORTED.format(others=" or ".join(others))
+    return "\n".join([*links, "", told, "", "```", *commands, "```"])
 
 
 def _resource(place: str, table: pd.DataFrame) -> dict:

@@ -108,27 +108,25 @@ def known(sensors: Sequence[str], estimates: Sequence[Mapping], ends_s: Sequence
 
 
 def _force(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
-    for number, one in enumerate(captures.values()):
+    for one in captures.values():
         order = np.argsort(one.fitted_depth_m)
-        names = ("_nolegend_", "_nolegend_") if number else ("seen", "computed")
-        axes.plot(MILLIMETRES * one.depth_m, one.force_n, "o", ms=3, color=GREY, label=names[0])
-        depth = MILLIMETRES * one.fitted_depth_m
-        axes.plot(depth[order], one.force_n[order], lw=0.9, color=ORANGE, label=names[1])
+        seen, told = MILLIMETRES * one.depth_m, MILLIMETRES * one.fitted_depth_m
+        axes.plot(seen, one.force_n, "o", ms=3, color=GREY)
+        axes.plot(told[order], one.force_n[order], lw=0.9, color=ORANGE)
         gap = MILLIMETRES * (one.depth_m - one.fitted_depth_m)
-        _band(left, MILLIMETRES * one.depth_m, MILLIMETRES * one.depth_expected_std_m)
-        left.plot(MILLIMETRES * one.depth_m, gap, "o-", ms=3, lw=0.6, color=GREY)
+        _band(left, seen, MILLIMETRES * one.depth_expected_std_m)
+        left.plot(seen, gap, "o-", ms=3, lw=0.6, color=GREY)
     axes.set_ylabel("force (N)")
     _below(axes, left, "depth (mm)")
 
 
 def _motion(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
     drawn = []
-    for number, one in enumerate(captures.values()):
+    for one in captures.values():
         frame, away = int(np.argmax(one.depth_m)), MILLIMETRES * one.distance_m
         seen, told = (MILLIMETRES * m[frame] for m in (one.moved_m, one.fitted_moved_m))
-        names = ("_nolegend_", "_nolegend_") if number else ("seen", "computed")
-        axes.plot(away, seen, ".", ms=3, color=GREY, label=names[0])
-        axes.plot(away, told, ".", ms=2, color=ORANGE, label=names[1])
+        axes.plot(away, seen, ".", ms=3, color=GREY)
+        axes.plot(away, told, ".", ms=2, color=ORANGE)
         _band(left, *_by_ring(away, MILLIMETRES * one.moved_expected_std_m[frame]))
         left.plot(away, seen - told, ".", ms=2.5, color=GREY)
         drawn.append((seen, told))
@@ -177,7 +175,8 @@ def _below(axes: Axes, left: Axes, label: str) -> None:
     left.axhline(0, color=BLACK, lw=0.6)
     left.set(xlabel=label, ylabel="residual (mm)", xlim=axes.get_xlim())
     axes.tick_params(labelbottom=False)
-    axes.legend()
+    # The first two lines; those of further captures look alike.
+    axes.legend(["seen", "computed"])
 
 
 def _regions(axes: Axes, found: Mapping) -> None:

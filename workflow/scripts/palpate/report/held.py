@@ -1,6 +1,6 @@
-"""What there is of one capture, its press over time, and what of it a page tells."""
+"""What there is of one capture, its press over time, and whether its recording was all right."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,8 +8,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.tables import columns_of
+from palpate.estimate.direct.warnings import FAR_ZERO, RESTLESS
 from palpate.estimate.hertz.indentation import hold_end
-from palpate.report.recording_checks import named
+from palpate.report.style import sensor_name
 from palpate.units import MILLIMETRES
 from palpate.vision.probe import ALONG_STD, TIP
 
@@ -17,6 +18,14 @@ FRAMES_NOTE = (
     "Compared are the frames in which the force has begun, to the end of the hold: those before"
     " say how the object lies at rest. The probe has to be found from the touch to the deepest."
 )
+# From here on the motion of the surface differs from the model's by much more than its noise.
+LARGE_SCALE = 3.0
+# Ratios of a recording and the largest that are good.
+RATIOS = {
+    "motion of the surface differs from the computed one, over what noise explains": LARGE_SCALE,
+    "depth of the tip scatters, over what the pictures of the probe explain": RESTLESS,
+    "force begins beside the surface, over how well tip and surface are known": FAR_ZERO,
+}
 
 
 @dataclass(frozen=True)
@@ -82,6 +91,76 @@ class Held:
     def rate_hz(self) -> float:
         """Frames a second."""
         return float(1 / np.median(np.diff(self.time_s)))
+
+
+@dataclass(frozen=True)
+class Check:
+    """A number of a recording.
+
+    Attributes
+    ----------
+    what, found, good : str
+        What it is, its value, and which values are good.
+    passed : bool
+    """
+
+    what: str
+    found: str
+    good: str
+    passed: bool
+
+
+def checks_of(held: Held) -> list[Check]:
+    """Checks of a capture."""
+    frames = slice(held.fit["range"]["first_frame"], held.deepest + 1)
+    seen, direct = held.poses["detected"].iloc[frames], held.direct
+    residual, own = direct["residuals"][0], direct["nuisances"][0]
+    beyond, compared = direct["frames_beyond_lookup"][0], direct["frames"][0]
+    zero = abs(own["offset_m"]) / own["offset_std_m"]
+    ratios = (residual["motion_scale"], residual["depth_scale"], zero)
+    judged = [(*of, x) for of, x in zip(RATIOS.items(), ratios, strict=True)]
+    found = f"{int(seen.sum())} of {len(seen)}"
+    left_out = f"{beyond} of {compared + beyond}"
+    ended = "yes" if direct["converged"] else "no"
+    return [
+        Check("probe found in the pictures from touch to deepest", found, "all", bool(seen.all())),
+        *(Check(w, f"{x:.1f} times", f"up to {most:g} times", x <= most) for w, most, x in judged),
+        Check("frames too deep for what was computed, left out", left_out, "0", beyond == 0),
+        Check("search for the moduli ended", ended, "yes", direct["converged"]),
+    ]
+
+
+def recording(checked: Sequence[tuple[Mapping, Sequence[Check]]]) -> str:
+    """One line that says whether recordings were all right."""
+    bad = [
+        f"{named(capture)} ({check.what}: {check.found}, good is {check.good})"
+        for capture, checks in checked
+        for check in checks
+        if not check.passed
+    ]
+    count = sum(len(checks) for _, checks in checked)
+    captures = "one capture" if len(checked) == 1 else f"{len(checked)} captures"
+    if not bad:
+        return f"The recording was all right: all {count} checks of {captures} passed."
+    return f"Look at the recording: {len(bad)} of {count} checks failed: " + "; ".join(bad) + "."
+
+
+def rows(checked: Sequence[tuple[Mapping, Sequence[Check]]]) -> list[dict[str, str]]:
+    """A row for each check, a column for each capture."""
+    found = []
+    for at, first in enumerate(checked[0][1]):
+        cells = {"check": first.what, "good is": first.good}
+        cells |= {
+            named(capture): f"{'✓' if checks[at].passed else '✗'} {checks[at].found}"
+            for capture, checks in checked
+        }
+        found.append(cells)
+    return found
+
+
+def named(capture: Mapping) -> str:
+    """A capture as a reader finds it."""
+    return f"{sensor_name(capture['sensor'])} {capture['capture']}"
 
 
 def seconds_compared(time_s: NDArray, depth_m: NDArray, frames: NDArray) -> float:

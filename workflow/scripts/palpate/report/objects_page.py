@@ -75,6 +75,9 @@ def view(shown: Shown) -> dict:
         raise ValueError(f"samples: expected {count}, one for each frame, found {found}")
     deepest = int(shown.fit["range"]["last_frame"])
     steps, step_mm, middle_mm = in_steps(tracked)
+    # Since the first frame, as the moduli are estimated.
+    moved = tracked.vertices_m[deepest] - tracked.vertices_m[0]
+    moved_mm = np.linalg.norm(moved, axis=1) * MILLIMETRES
     return {
         "title": title(shown.capture),
         "provenance": shown.capture["provenance"],
@@ -88,7 +91,7 @@ def view(shown: Shown) -> dict:
             for force, depth in zip(samples["force_n"], samples["depth_m"], strict=True)
         ],
         "deepest_frame": deepest,
-        "largest_mm": float(displacement_mm(tracked, deepest).max().round(3)),
+        "largest_mm": float(moved_mm.max().round(3)),
         "moduli": [*recommended(shown.advised), *moduli(shown.fit, shown.minima)],
     }
 
@@ -119,22 +122,6 @@ def in_steps(tracked: Tracked) -> tuple[NDArray, float, NDArray]:
     middle = (low + high) / 2
     step = float((high - low).max() / (2 * LARGEST_STEP))
     return np.rint((places - middle) / step).astype(int), step, middle
-
-
-def displacement_mm(tracked: Tracked, frame: int) -> NDArray:
-    """How far each vertex has moved since the first frame, from which moduli are estimated [mm].
-
-    Parameters
-    ----------
-    tracked : Tracked
-    frame : int
-
-    Returns
-    -------
-    (n,) array
-    """
-    moved = tracked.vertices_m[frame] - tracked.vertices_m[0]
-    return np.linalg.norm(moved, axis=1) * MILLIMETRES
 
 
 def title(capture: Mapping) -> str:

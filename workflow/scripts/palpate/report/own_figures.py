@@ -15,26 +15,20 @@ class OwnFigure:
     ----------
     name : str
         Of its files; its rule's begins with ``own_``.
-    shows : str
-        What the run's lines call it, before ``of <object>``.
     title, caption : str
-        What the report says; the caption in reStructuredText.
+        What the report says, of the object before the title; the caption in reStructuredText.
     make : str
         ``module:function``; takes the rule's inputs and params.
     inputs, params : callable
         Files and values by name, of a run's objects.
-    label : str, optional
-        Its line in the report after the object's name; its title by default.
     """
 
     name: str
-    shows: str
     title: str
     caption: str
     make: str
     inputs: Callable[[OwnObjects], Mapping[str, Any]]
     params: Callable[[OwnObjects], Mapping[str, Any]]
-    label: str = ""
 
     def rule_params(self, own: OwnObjects) -> dict:
         """Params of its rule."""
@@ -43,7 +37,7 @@ class OwnFigure:
 
     def rule_outputs(self, own: OwnObjects, report: Callable, caption: str) -> dict:
         """Outputs of its rule; the picture is put into the report with a caption's template."""
-        labels = {"Result": f"{{object}}: {self.label or self.title}"}
+        labels = {"Result": f"{{object}}: {self.title}"}
         png, svg = (own.run.results(f"{{object}}/figures/{self.name}.{e}") for e in ("png", "svg"))
         marks = {"caption": caption, "category": "Other objects", "labels": labels}
         return {"png": report(png, **marks), "svg": svg}
@@ -65,8 +59,7 @@ def _tracked(own: OwnObjects) -> dict:
 OWN_FIGURES = (
     OwnFigure(
         "moduli",
-        "E and nu",
-        title="E and nu of an object",
+        title="E and nu",
         caption="Direct estimates straight from clouds and forces, with 95 % intervals: of each"
         " capture, and of all captures with a sensor together (diamonds, the recommended"
         " estimate). The value of an open symbol is not to be trusted; its interval is.",
@@ -79,8 +72,7 @@ OWN_FIGURES = (
     ),
     OwnFigure(
         "hertz_fit",
-        "the Hertz fit",
-        title="Hertz fit of an object",
+        title="Hertz fit",
         caption="Hertz model (Eq. 5.1) fitted to force (N) and depth (mm) of the first captures,"
         " with a contact point that is free beside it, and what both leave (mN).",
         make="palpate.report.hertz_figures:make_hertz_fits",
@@ -89,9 +81,7 @@ OWN_FIGURES = (
     ),
     OwnFigure(
         "fit",
-        "what was seen and computed",
-        title="What was seen and computed of an object",
-        label="What was seen and computed",
+        title="What was seen and computed",
         caption="Force (N) against depth (mm) and motion of the surface (mm) against distance"
         " (mm), seen and computed with the recommended estimate, and the residuals of both.",
         make="palpate.report.fitted_figures:make_fit",
@@ -100,7 +90,6 @@ OWN_FIGURES = (
     ),
     OwnFigure(
         "known",
-        "what is known of E, nu and the law",
         title="What is known of E, nu and the law",
         caption="E (kPa) and nu that the tip's depth alone, the surface alone and both explain (95"
         " %), how likely each place between the laws is, and E over the time after a step, dashed"
@@ -111,8 +100,7 @@ OWN_FIGURES = (
     ),
     OwnFigure(
         "surface",
-        "the tracked surface",
-        title="Tracked surface of an object",
+        title="Tracked surface",
         caption="What the camera sees in the deepest frame of the first capture with each sensor,"
         " the tracked surface, and a section through the dent (mm).",
         make="palpate.report.surface_figures:make_tracked_surface",

@@ -7,21 +7,22 @@ import pandas as pd
 
 from palpate.capture.discover import CURVE
 from palpate.modulus import VERDICTS, Modulus, verdicts_in
-from palpate.report import budget_bars, recording_checks
-from palpate.report.data_links import data
-from palpate.report.further_rows import (
-    FURTHER,
-    compared_s,
-    conditions,
-    further,
-    range_of,
-    row,
-    sure,
-)
-from palpate.report.held import FRAMES_NOTE, Held, press_of
+from palpate.report import budget_bars
+from palpate.report.data_package import data
+from palpate.report.held import FRAMES_NOTE, Held, checks_of, press_of, recording, rows
 from palpate.report.material import names_of
 from palpate.report.other_methods import HERTZ, others
-from palpate.report.own_words import WORDS, by, headline, verdict
+from palpate.report.own_words import (
+    FURTHER,
+    WORDS,
+    by,
+    cells,
+    compared_s,
+    conditions,
+    headline,
+    range_of,
+    verdict,
+)
 from palpate.report.press_pictures import Glimpse
 from palpate.report.style import sensor_name
 from palpate.report.table_page import document, figure, rendered, table
@@ -126,9 +127,7 @@ def own_page(
     if not advised:
         raise ValueError("recommended: expected a row for each sensor, found none")
     title = name.replace("_", " ").capitalize()
-    checked = [
-        (one.capture, recording_checks.checks_of(one.fit, one.direct, one.poses)) for one in held
-    ]
+    checked = [(one.capture, checks_of(one)) for one in held]
     simulated = bool((summary["provenance"] == "simulated").any())
     back = f'<p class="screen"><a href="{overview}">All objects beside one another</a></p>'
     parts = [
@@ -166,7 +165,7 @@ def _first_screen(title, advised, joints, held, checked, glimpses, *, simulated)
         lines += [" ".join(told), ""]
         if one["method"] == "direct_joint":
             lines += [budget_bars.largest(joints[one["sensor"]]["budget"]), ""]
-    lines += [BRACKETS, "", f"{recording_checks.told(checked)}", "", *_doubts(advised)]
+    lines += [BRACKETS, "", recording(checked), "", *_doubts(advised)]
     yield '<section class="first"><div>'
     yield rendered("\n".join(lines))
     yield "</div>"
@@ -196,14 +195,15 @@ def _how_stiff(advised, summary, joints, held) -> Iterator[str]:
     for one in advised:
         mine = _with(one, held)
         ends_s = compared_s(mine)
-        found = [_modulus(one, key, *told, ends_s) for key, told in MODULI.items()]
+        moduli = {key: (Modulus.of_row(one, key), *told) for key, told in MODULI.items()}
         lines = []
         if one["method"] == "direct_joint":
             direct = joints[one["sensor"]]
-            found += list(further(direct, ends_s))
+            moduli |= {key: (Modulus(**direct[key]), *told) for key, told in FURTHER.items()}
             lines = ["", conditions(direct, mine)]
+        found = [cells(key, *of, ends_s) for key, of in moduli.items()]
         yield f"<h3>{by(one)}</h3>"
-        yield rendered("\n".join([*table([cells for cells in found if cells]), *lines]))
+        yield rendered("\n".join([*table([row for row in found if row]), *lines]))
     given = {found[name]["verdict"] for found in joints.values() for name in FURTHER}
     given |= set(verdicts_in(summary[summary["recommended"]]))
     meanings = [
@@ -213,16 +213,6 @@ def _how_stiff(advised, summary, joints, held) -> Iterator[str]:
     ]
     yield rendered("\n".join([HOLD, *meanings]))
     yield "</section>"
-
-
-def _modulus(
-    one: Mapping, key: str, label: str, meaning: str, ends_s: float
-) -> dict[str, str] | None:
-    modulus = Modulus.of_row(one, key)
-    if not modulus or not modulus.verdict:
-        return None
-    value, _, interval = modulus.told().partition(" (")
-    return row(label, value, interval.rstrip(")"), sure(key, modulus, ends_s), meaning)
 
 
 def _budgets(joints: Mapping[str, Mapping]) -> Iterator[str]:
@@ -247,7 +237,7 @@ def _recording(held, checked, glimpses) -> Iterator[str]:
     """Whether the camera saw the right thing."""
     yield "<section><h2>Was the recording all right?</h2>"
     yield '<div class="checks">'
-    yield rendered("\n".join(table(recording_checks.rows(checked))))
+    yield rendered("\n".join(table(rows(checked))))
     yield "</div>"
     kinds = dict.fromkeys(one.shows for one in glimpses)
     yield rendered("\n".join(f"- {kind[0].upper()}{kind[1:]}." for kind in kinds))

@@ -1,11 +1,13 @@
 """What an estimate says, in words for people who know nothing of the method."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from statistics import NormalDist
 
+import numpy as np
 import pandas as pd
 
 from palpate.capture.discover import CURVE
+from palpate.estimate.direct.quantities import ONE_SECOND_S
 from palpate.estimate.direct.warnings import FAR_LAW
 from palpate.modulus import (
     ASSUMED,
@@ -17,6 +19,7 @@ from palpate.modulus import (
     NOT_JUDGED,
     Modulus,
 )
+from palpate.report.held import Held
 from palpate.report.style import sensor_name
 from palpate.units import MILLIMETRES
 
@@ -40,6 +43,13 @@ OF_NU = {
     NOT_IDENTIFIED: "Poisson's ratio is not known: any value of its range explains the captures",
     ASSUMED: "Poisson's ratio was assumed, not measured",
 }
+# What follows from the moduli.
+FURTHER = {
+    "shear_modulus_pa": ("G", "E/(2 (1 + nu)): against shear"),
+    "bulk_modulus_pa": ("K", "E/(3 (1 - 2 nu)): against squeezing from all sides"),
+}
+# Time after a step that this is of [s].
+AFTER_S = {"youngs_modulus_1s_pa": ONE_SECOND_S}
 
 
 def headline(row: Mapping, name: str) -> str:
@@ -132,6 +142,62 @@ def law(place: float, std: float) -> str:
         where = "between the two" if 0 < place < 1 else "outside the two"
         told = f"by neither {first} nor {last} law but {where}: {place:.2f} of the way"
     return f"The force rises with depth {told} {interval}."
+
+
+def cells(
+    key: str, modulus: Modulus | None, label: str, meaning: str, ends_s: float
+) -> dict[str, str] | None:
+    """Row of the table of moduli, of an estimate that was compared to a time after the touch [s].
+
+    Later than what was compared none is known. Nothing for what has no verdict.
+    """
+    if not modulus or not modulus.verdict:
+        return None
+    value, _, interval = modulus.told().partition(" (")
+    sure = WORDS.get(modulus.verdict, modulus.verdict)
+    if AFTER_S.get(key, 0.0) > ends_s:
+        sure = f"extrapolated: the captures end at {ends_s:.1f} s"
+    # Of G and K without an upper end any value beyond the lower does as well.
+    open_ended = key in FURTHER and modulus.high is None
+    told = {"": label, "value": "" if open_ended else value, "95 % interval": interval.rstrip(")")}
+    return told | {"how sure": sure, "what it is": meaning}
+
+
+def conditions(direct: Mapping, held: Sequence[Held]) -> str:
+    """At which strain and how fast these hold: at the depth of the effective modulus.
+
+    Parameters
+    ----------
+    direct : mapping
+        direct.json of all captures together.
+    held : sequence of Held
+        Those captures; of several the median is told.
+    """
+    strain, depth = 100 * direct["effective"]["strain"], direct["effective"]["depth_m"]
+    there, deepest = (
+        float(np.median([one.seconds_to(end) for one in held])) for end in (depth, np.inf)
+    )
+    rate = f" ({strain / there:.0f} % a second)" if there > 0 else ""
+    return (
+        f"The effective E* holds at a mean strain of {strain:.0f} %, {depth * MILLIMETRES:.1f} mm"
+        f" deep, a second after a step; the tip was there {there:.1f} s after the touch{rate} and"
+        f" deepest after {deepest:.1f} s. E at once, nu, G and K hold where strain goes to nothing,"
+        " before it relaxes."
+    )
+
+
+def range_of(held: Sequence[Held]) -> str:
+    """How E at once follows from the depths and times that were compared."""
+    depths = np.concatenate([one.depth_m[one.frames] for one in held]) * MILLIMETRES
+    return (
+        "E at once is extrapolated to no strain and no time, from depths of"
+        f" {depths.min():.1f} to {depths.max():.1f} mm and times to {compared_s(held):.1f} s."
+    )
+
+
+def compared_s(held: Sequence[Held]) -> float:
+    """How long after the touch the longest of captures was compared [s]."""
+    return max((one.compared_s for one in held), default=np.inf)
 
 
 def _bold(modulus: Modulus) -> str:

@@ -1,4 +1,4 @@
-"""What an object's results rest on: probe, mesh, support, options, versions, checksums."""
+"""What results rest on: versions and options of a run; probe, mesh, support, files of an object."""
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -7,13 +7,28 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from palpate.markdown import rows_of
 from palpate.report.held import Held
-from palpate.report.run_description import plain
 from palpate.report.style import sensor_name
 from palpate.solid.indentation_table import IndentationModel
 from palpate.units import MILLIMETRES
 
 HOLDS = {"bonded": "held where it stands", "resting": "loose: it only stands there"}
+
+
+def describe(config: Mapping, versions: Mapping[str, str]) -> str:
+    """Configuration and versions as Markdown, the same text for the same run.
+
+    Parameters
+    ----------
+    config : mapping
+        As in force, after all overrides.
+    versions : mapping
+        Version by name, in the order in which they are to stand.
+    """
+    lines = ["# Configuration and versions", "", "## Versions", ""]
+    lines += [*rows_of(("package", "version"), versions.items()), "", "## Configuration", ""]
+    return "\n".join([*lines, *_as_yaml(config), ""])
 
 
 def rests_on(
@@ -100,8 +115,7 @@ def told_whole(**files: Mapping) -> str:
     """Files and options as YAML in Markdown, one after the other."""
     parts = []
     for name, content in files.items():
-        text = yaml.safe_dump(plain(content), sort_keys=False, width=96, allow_unicode=True)
-        parts += [f"{_words(name)}:", "", "```yaml", text.rstrip(), "```", ""]
+        parts += [f"{_words(name)}:", "", *_as_yaml(content), ""]
     return "\n".join(parts)
 
 
@@ -139,3 +153,18 @@ def _place(position_m: Sequence[float]) -> str:
 
 def _words(name: str) -> str:
     return name.replace("_", " ")
+
+
+def _as_yaml(content: Mapping) -> list[str]:
+    """Lines of a block of YAML in Markdown."""
+    text = yaml.safe_dump(_plain(content), sort_keys=False, width=96, allow_unicode=True)
+    return ["```yaml", text.rstrip(), "```"]
+
+
+def _plain(value: object) -> object:
+    """Snakemake's own mappings and lists as those that YAML knows."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(part) for key, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(part) for part in value]
+    return value

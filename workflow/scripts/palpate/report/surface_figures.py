@@ -1,7 +1,7 @@
 """Tracked surfaces: photograph, shaded dent and a section through it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from palpate.capture.images import Stream
 from palpate.json_fields import read_all
+from palpate.report.panels import Surface, photo_panel
 from palpate.report.style import (
     BLACK,
     BLUE,
@@ -37,28 +38,20 @@ LOWEST_MM, HIGHEST_MM = -14, (5, 16)
 
 
 @dataclass(frozen=True)
-class TrackedView:
-    """Tracked surface of one frame, object frame.
+class TrackedView(Surface):
+    """Tracked surface of one frame, and what else there is of the frame.
 
     Attributes
     ----------
-    rest_m, deformed_m : (n, 3) arrays
-        Template before and in the frame [m].
-    faces : (m, 3) int array
     cloud_m : (k, 3) array
-        Captured points of the frame [m].
-    contact_m : (3,) array
+        Captured points, object frame [m].
     photo : (h, w, 3) or (h, w) uint8 array
         The frame as the reference camera saw it.
     near : tuple of slice
         Rows and columns of it around the contact.
     """
 
-    rest_m: NDArray
-    deformed_m: NDArray
-    faces: NDArray
     cloud_m: NDArray
-    contact_m: NDArray
     photo: NDArray
     near: tuple[slice, slice] = (slice(None), slice(None))
 
@@ -77,7 +70,7 @@ def tracked_surface(captures: Sequence[Mapping], views: Sequence[TrackedView]) -
     figure = plt.figure(figsize=(PAGE_IN, 2.05 * count))
     for k, (capture, view) in enumerate(zip(captures, views, strict=True)):
         photo = figure.add_subplot(count, 3, 3 * k + 1)
-        photo_panel(photo, replace(view, photo=view.photo[view.near]))
+        photo_panel(photo, view.photo[view.near])
         photo.set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
         _shaded_panel(figure.add_subplot(count, 3, 3 * k + 2, projection="3d"), view)
         section = figure.add_subplot(count, 3, 3 * k + 3)
@@ -103,8 +96,8 @@ def read_view(
         surface.template_m,
         to_object(pose, surface.vertices_m[frame]),
         surface.faces,
-        to_object(pose, read_clouds(clouds)[frame].points_m),
         surface.contact_point_m,
+        to_object(pose, read_clouds(clouds)[frame].points_m),
         Stream(recorded, sensor)[frame],
         _near(sensor["color"], pose, surface.contact_point_m),
     )
@@ -121,13 +114,6 @@ def _near(color: Mapping, camera_from_object: NDArray, contact_m: NDArray) -> tu
         for middle, size in zip(at, sizes, strict=True)
     )
     return rows, columns
-
-
-def photo_panel(axes: Axes, view: TrackedView) -> None:
-    """Show the frame as the camera saw it."""
-    grey = "gray" if view.photo.ndim == 2 else None
-    axes.imshow(view.photo, cmap=grey, interpolation="antialiased")
-    axes.set_axis_off()
 
 
 def _shaded_panel(axes: Axes, view: TrackedView) -> None:

@@ -99,8 +99,8 @@ def doubled_normals(nodes_m: NDArray, faces: NDArray) -> NDArray:
 
 
 def at_nodes(nodes: NDArray, vectors: NDArray, size: int) -> NDArray:
-    """Sums of vectors (..., 3) at the nodes (...) that they belong to, shape (size, 3)."""
-    parts = vectors.reshape(-1, 3).T
+    """Sums of vectors (..., k) at the nodes (...) that they belong to, shape (size, k)."""
+    parts = vectors.reshape(-1, vectors.shape[-1]).T
     return np.stack([np.bincount(nodes.ravel(), part, size) for part in parts], axis=1, dtype=float)
 
 

@@ -1,7 +1,7 @@
 """Where the undeformed template stands in front of the camera, and where it was touched."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,38 +12,17 @@ from palpate.capture.files import write_json
 from palpate.json_fields import numbers_of, read_fields
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.support import Support
+from palpate.surface.options import Aligning, AlignmentLimits
 from palpate.surface.pose import RestingPrior, align_rigidly, initial_pose, to_camera, to_object
 from palpate.surface.template import Template
+from palpate.units import MILLIMETRES, PERCENT
 
-# The cloud within this of the contact tells how well the surface lies there [m].
-NEIGHBOURHOOD_M = 0.040
 # A ray along the press starts a little outside the surface [m].
 OUTSIDE_M = 1e-4
 # The tip's way from the touch to the peak of the force has a direction from here on [m].
 SHORTEST_WAY_M = 1e-3
 # Each leaves of the way to the first touch less than half, up to 60 degrees off the normal.
 TOUCHING_STEPS = 40
-
-
-@dataclass(frozen=True)
-class AlignmentResidual:
-    """Distances of the first frame's cloud from the aligned template.
-
-    Attributes
-    ----------
-    rms_m, median_m : float
-        Of all points, unsigned [m].
-    contact_mean_m, contact_rms_m : float
-        Of the points within 40 mm of the contact, positive outside the template [m].
-    contact_points : int
-        How many those are; without any, mean and root mean square are those of all points.
-    """
-
-    rms_m: float
-    median_m: float
-    contact_mean_m: float
-    contact_rms_m: float
-    contact_points: int
 
 
 @dataclass(frozen=True)
@@ -57,26 +36,24 @@ class Alignment:
         Point of the undeformed surface that was touched, object frame [m].
     contact_frame : int
         First frame in contact.
-    residual : AlignmentResidual
+    rms_m : float
+        Root mean square distance of the first frame's cloud from the template [m].
     """
 
     camera_from_object: NDArray
     contact_point_m: NDArray
     contact_frame: int
-    residual: AlignmentResidual
+    rms_m: float
 
 
-def align_capture(
+def align_first(
     template: Template,
     cloud: tuple[NDArray, NDArray],
     resting: RestingPrior,
-    tips_m: NDArray,
     contact_frame: int,
-    *,
-    largest_distance_m: float,
-    largest_normal_deg: float,
+    options: Aligning,
 ) -> Alignment:
-    """Find the first pose, minimise Eq. 4.24, and find the touched point.
+    """Align the template with the first frame (Eq. 4.24), and reject what the data contradict.
 
     Parameters
     ----------
@@ -86,36 +63,23 @@ def align_capture(
         Of the first frame, camera frame.
     resting : RestingPrior
         Table, support and touched point.
-    tips_m : (f, 3) array
-        Centre of the sphere in each frame, camera frame [m].
     contact_frame : int
         First frame in contact.
-    largest_distance_m, largest_normal_deg : float
-        dr and the angle threshold of Eq. 4.24.
-
-    Returns
-    -------
-    Alignment
+    options : Aligning
 
     Raises
     ------
     ValueError
-        If too little of the cloud lies near the template.
+        If too little of the cloud lies near the template, or a limit does not hold.
     """
-    points, normals = cloud
-    pose = align_rigidly(
-        template,
-        points,
-        normals,
-        initial_pose(template, points, resting),
-        largest_distance_m=largest_distance_m,
-        largest_normal_deg=largest_normal_deg,
-        resting=resting,
-    )
+    first = initial_pose(template, cloud[0], resting)
+    pose = align_rigidly(template, *cloud, first, options, resting=resting)
     closest = ClosestPoints(template.vertices_m, template.faces)
-    contact = closest(to_object(pose, tips_m[contact_frame : contact_frame + 1]))[0][0]
-    residual = _residual(closest, to_object(pose, points), contact)
-    return Alignment(pose, contact, contact_frame, residual)
+    contact = closest(to_object(pose, resting.tip_m[None]))[0][0]
+    distance = closest.signed_distance(to_object(pose, cloud[0]))
+    found = Alignment(pose, contact, contact_frame, float(np.sqrt(np.mean(distance**2))))
+    _require_fit(found, template, distance, resting, options)
+    return found
 
 
 def first_touch(
@@ -167,6 +131,7 @@ def resting_prior(
         point_m=position,
         centre_m=first_touch(template, position, direction, indenter_radius_m),
         tip_m=tips_m[onset],
+        radius_m=indenter_radius_m,
         direction=direction,
         way=way / max(float(np.linalg.norm(way)), SHORTEST_WAY_M),
     )
@@ -199,14 +164,12 @@ def thickness_along(template: Template, point_m: NDArray, direction: NDArray) ->
 
 
 def save_alignment(path: str | Path, alignment: Alignment) -> None:
-    """Write alignment.json, with the contact point in the camera frame beside it."""
-    pose, contact = alignment.camera_from_object, alignment.contact_point_m
+    """Write alignment.json."""
     content = {
-        "camera_from_object": pose.tolist(),
-        "contact_point_m": contact.tolist(),
-        "camera_contact_point_m": to_camera(pose, contact).tolist(),
+        "camera_from_object": alignment.camera_from_object.tolist(),
+        "contact_point_m": alignment.contact_point_m.tolist(),
         "contact_frame": alignment.contact_frame,
-        "residual": asdict(alignment.residual),
+        "residual": {"rms_m": alignment.rms_m},
     }
     write_json(path, content)
 
@@ -223,25 +186,62 @@ def load_alignment(path: str | Path) -> Alignment:
     pose = numbers_of(path, content, "camera_from_object", (4, 4))
     contact = numbers_of(path, content, "contact_point_m", (3,))
     frame = int(numbers_of(path, content, "contact_frame", ()))
-    residual = content.get("residual")
-    if not isinstance(residual, dict):
-        raise ValueError(f"{path}: residual: expected fields, found {residual}")
-    names = AlignmentResidual.__dataclass_fields__
-    values = {name: float(numbers_of(path, residual, name, ())) for name in names}
-    values["contact_points"] = int(values["contact_points"])
+    rms_m = float(numbers_of(path, content.get("residual", {}), "rms_m", ()))
     if not np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-6):
         raise ValueError(f"{path}: camera_from_object: expected a rigid transform, found another")
-    return Alignment(pose, contact, frame, AlignmentResidual(**values))
+    return Alignment(pose, contact, frame, rms_m)
 
 
-def _residual(closest: ClosestPoints, cloud: NDArray, contact: NDArray) -> AlignmentResidual:
-    signed = closest.signed_distance(cloud)
-    near = np.linalg.norm(cloud - contact, axis=1) < NEIGHBOURHOOD_M
-    local = signed[near] if near.any() else signed
-    return AlignmentResidual(
-        rms_m=float(np.sqrt(np.mean(signed**2))),
-        median_m=float(np.median(np.abs(signed))),
-        contact_mean_m=float(local.mean()),
-        contact_rms_m=float(np.sqrt(np.mean(local**2))),
-        contact_points=int(near.sum()),
-    )
+def _require_fit(
+    found: Alignment,
+    template: Template,
+    distance_m: NDArray,
+    resting: RestingPrior,
+    options: Aligning,
+) -> None:
+    """Reject an alignment that its data contradict, by the first limit that does not hold.
+
+    The distances (n,) are those of the cloud's points from the template [m].
+    """
+    limits, largest_m = options.limits, options.largest_distance_m
+    near = (np.abs(distance_m) < largest_m).mean()
+    if near < limits.least_near:
+        expected = f"at least {limits.least_near:.0%} of its points within"
+        where = f"{largest_m * MILLIMETRES:g} mm of the template"
+        why = "template, its unit, the point, transforms or optics?"
+        raise ValueError(f"cloud: expected {expected} {where}, found {near:.0%} ({why})")
+    _at_most("residual", found.rms_m, limits.largest_rms_m, "rms from the template")
+    _require_resting(found.camera_from_object, template, resting, limits)
+    touch = np.linalg.norm(found.contact_point_m - resting.point_m)
+    _at_most("points", touch, limits.largest_touch_m, "from the declared point to the contact")
+    tip = to_object(found.camera_from_object, resting.tip_m[None])
+    closest = ClosestPoints(template.vertices_m, template.faces)
+    gap = closest.signed_distance(tip)[0] - resting.radius_m
+    part = PERCENT * abs(gap) / float(np.linalg.norm(resting.tip_m))
+    why = " (force_from_tip or marker_from_force by as much, square_m, the optics or depths by"
+    why += f" {part:.2g} %, the template or its point?)"
+    _at_most("tip", gap, limits.largest_gap_m, "from the template when the force begins", why)
+
+
+def _require_resting(
+    pose: NDArray, template: Template, resting: RestingPrior, limits: AlignmentLimits
+) -> None:
+    heights = to_camera(pose, template.vertices_m) @ resting.plane[:3] + resting.plane[3]
+    largest = limits.largest_height_m
+    found = {"its plane": resting.height_m(pose), "the template's lowest point": heights.min()}
+    for what, height in found.items():
+        if abs(height) > largest:
+            expected = f"{what} within {largest * MILLIMETRES:g} mm of the table"
+            where = f"{abs(height) * MILLIMETRES:.1f} mm {'below' if height < 0 else 'above'} it"
+            raise ValueError(f"support: expected {expected}, found {where}")
+    cosine = np.clip(pose[:3, :3] @ resting.support.up @ resting.plane[:3], -1, 1)
+    tilt = float(np.rad2deg(np.arccos(cosine)))
+    if tilt > limits.largest_tilt_deg:
+        expected = f"its plane within {limits.largest_tilt_deg:g} degrees of the table"
+        raise ValueError(f"support: expected {expected}, found {tilt:.1f} degrees")
+
+
+def _at_most(name: str, found_m: float, largest_m: float, what: str, why: str = "") -> None:
+    if not found_m <= largest_m:
+        expected = f"at most {largest_m * MILLIMETRES:g} mm {what}"
+        raise ValueError(f"{name}: expected {expected}, found {found_m * MILLIMETRES:.1f} mm{why}")

@@ -9,6 +9,8 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from palpate.open3d_core import ClosestPoints
+from palpate.solid.mesh import doubled_normals
+from palpate.surface.options import ElasticTracking
 from palpate.surface.template import Template
 
 # Distances at rest are smoothed over this [m]; they shrink to zero where fewer points are seen.
@@ -54,9 +56,7 @@ def pair(
     vertices_m: NDArray,
     template: Template,
     cloud: tuple[NDArray, NDArray],
-    *,
-    largest_distance_m: float,
-    largest_normal_deg: float,
+    options: ElasticTracking,
 ) -> Correspondences:
     """Pair a cloud with the deformed template.
 
@@ -66,17 +66,16 @@ def pair(
         Deformed vertices [m].
     template : Template
     cloud : (points (m, 3) [m], normals (m, 3))
-    largest_distance_m, largest_normal_deg : float
-        Points farther away, or turned more against the surface, are left out.
+    options : ElasticTracking
+        Points farther away than it allows, or turned more against the surface, are left out.
     """
     points, directions = cloud
     closest, triangle, weights = ClosestPoints(vertices_m, template.faces)(points)
-    a, b, c = (vertices_m[template.faces[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
+    normals = doubled_normals(vertices_m, template.faces)
     normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True))[triangle]
     gap = points - closest
-    kept = np.linalg.norm(gap, axis=1) < largest_distance_m
-    kept &= (normals * directions).sum(axis=1) > np.cos(np.deg2rad(largest_normal_deg))
+    kept = np.linalg.norm(gap, axis=1) < options.largest_distance_m
+    kept &= (normals * directions).sum(axis=1) > np.cos(np.deg2rad(options.largest_normal_deg))
     corners, weights, normals = template.faces[triangle[kept]], weights[kept], normals[kept]
     distance = (gap[kept] * normals).sum(axis=1)
     rest = np.einsum("kc,kcd->kd", weights, template.vertices_m[corners])

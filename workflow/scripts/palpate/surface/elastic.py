@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.laws import lame_from_engineering
-from palpate.solid.mesh import SolidMesh
+from palpate.solid.mesh import SolidMesh, at_nodes
 from palpate.solid.solve import factorise
 from palpate.surface.correspondences import Correspondences, pair, rest_offsets
 from palpate.surface.neo_hookean import LogNeoHookean
-from palpate.surface.obstacle import Sphere, Table
 from palpate.surface.options import ElasticTracking
 from palpate.surface.template import Template
 
@@ -27,6 +26,33 @@ CONVERGED_M = 3e-5
 # Median of the size of a normal variable over its standard deviation.
 MEDIAN_OF_NORMAL = 0.6745
 SMALLEST_NOISE_M = 1e-6
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """The indenter: centre (3,) and radius [m]."""
+
+    centre_m: NDArray
+    radius_m: float
+
+    def depths(self, points_m: NDArray) -> tuple[NDArray, NDArray]:
+        """How deep points (k, 3) lie inside, (k,) [m], and unit ways out of it, (k, 3)."""
+        away = points_m - self.centre_m
+        distance = np.linalg.norm(away, axis=1)
+        return self.radius_m - distance, away / np.maximum(distance, 1e-12)[:, None]
+
+
+@dataclass(frozen=True)
+class Table:
+    """The plane that the object stands on: a point (3,) [m] and its unit normal (3,), upwards."""
+
+    point_m: NDArray
+    normal: NDArray
+
+    def depths(self, points_m: NDArray) -> tuple[NDArray, NDArray]:
+        """How deep points (k, 3) lie below, (k,) [m], and unit ways out of it, (k, 3)."""
+        depth = -(points_m - self.point_m) @ self.normal
+        return depth, np.broadcast_to(self.normal, points_m.shape)
 
 
 @dataclass(frozen=True)
@@ -136,13 +162,7 @@ class ElasticTracker:
 
     def _carry(self, x: NDArray, cloud: tuple[NDArray, NDArray]) -> Carried:
         vertices = self.vertices(x)
-        pairs = pair(
-            vertices,
-            self.template,
-            cloud,
-            largest_distance_m=self.options.largest_distance_m,
-            largest_normal_deg=self.options.largest_normal_deg,
-        ).less(self.offset)
+        pairs = pair(vertices, self.template, cloud, self.options).less(self.offset)
         shift = (vertices - self.template.vertices_m)[pairs.corners]
         back = np.einsum("kc,kcd,kd->k", pairs.weights, shift, pairs.normals)
         _, triangle, weights = self._carrier(pairs.rest_m)
@@ -257,14 +277,9 @@ class ElasticTracker:
         outer = (n[:, :, None] * n[:, None, :]).reshape(-1, 9)
         for i in range(3):
             pull = (strength * w[:, i] * distance)[:, None] * n
-            forces -= _summed(self._carrier.faces[triangle, i], pull, len(x))
+            forces -= at_nodes(self._carrier.faces[triangle, i], pull, len(x))
             for j in range(3):
                 part = (strength * w[:, i] * w[:, j])[:, None] * outer
-                sums = _summed(triangle, part, len(self._pairs)).reshape(-1, 3, 3)
+                sums = at_nodes(triangle, part, len(self._pairs)).reshape(-1, 3, 3)
                 np.add.at(blocks, self._pairs[:, i, j], sums)
         return forces, blocks
-
-
-def _summed(places: NDArray, values: NDArray, count: int) -> NDArray:
-    """Sum of the rows of values at each place, shape (count, columns)."""
-    return np.stack([np.bincount(places, column, count) for column in values.T], axis=1)

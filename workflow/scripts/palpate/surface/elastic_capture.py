@@ -11,13 +11,11 @@ from palpate.frames import Mapped
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.mesh import refine_near
 from palpate.solid.support import support_nodes
-from palpate.surface.elastic import ElasticTracker, Fitted
-from palpate.surface.obstacle import Sphere, Table
+from palpate.surface.elastic import ElasticTracker, Fitted, Sphere, Table
 from palpate.surface.options import ElasticTracking
 from palpate.surface.pose import to_camera, to_object
-from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, refine_template
-from palpate.surface.tracked import Tracked
+from palpate.surface.tracked import Recorded, Tracked
 
 # By whether the noise was reached; without points there is none.
 RULES = {True: "discrepancy", False: "L-curve", None: "no points"}
@@ -94,7 +92,8 @@ def track_by_elasticity(recorded: Recorded, options: ElasticTracking) -> Tracked
     if options.points:
         weight, reached = choose_weight(tracker, scene, fits[scene.deepest], weights)
         if weight != weights[0]:
-            fits = _again(tracker, scene, fits, weight)
+            frames = zip(fits, scene.clouds, scene.spheres, strict=True)
+            fits = [tracker.fit(*frame, weight) for frame in frames]
     pose, count = recorded.alignment.camera_from_object, len(template.vertices_m)
     prior = {
         "energy": "neo-Hookean",
@@ -231,16 +230,6 @@ def _inside(tracker: ElasticTracker, scene: Scene, fits: list[Fitted]) -> list[i
             if depth > INSIDE * sphere.radius_m:
                 found.append(k)
     return found
-
-
-def _again(
-    tracker: ElasticTracker, scene: Scene, first: list[Fitted], weight: float
-) -> list[Fitted]:
-    """All frames under another weight, each from where it was under the first."""
-    return [
-        tracker.fit(start, cloud, sphere, weight)
-        for start, cloud, sphere in zip(first, scene.clouds, scene.spheres, strict=True)
-    ]
 
 
 def _tracker(recorded: Recorded, options: ElasticTracking) -> tuple[Template, ElasticTracker]:

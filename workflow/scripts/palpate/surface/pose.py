@@ -8,7 +8,9 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from palpate.open3d_core import ClosestPoints
+from palpate.solid.mesh import doubled_normals
 from palpate.solid.support import Support
+from palpate.surface.options import Aligning
 from palpate.surface.template import Template, vertex_normals
 from palpate.units import FROM_MEDIAN
 
@@ -43,6 +45,8 @@ class RestingPrior:
         Declared point, object frame [m].
     centre_m, tip_m : (3,) arrays
         Sphere's centre at the first touch, object frame, and where it was then, camera frame [m].
+    radius_m : float
+        Of the sphere.
     direction, way : (3,) arrays
         Declared direction of the press, object frame, and where the tip went, camera frame, of
         length 1; 0 where nothing is known.
@@ -53,6 +57,7 @@ class RestingPrior:
     point_m: NDArray
     centre_m: NDArray
     tip_m: NDArray
+    radius_m: float
     direction: NDArray = field(default_factory=lambda: np.zeros(3))
     way: NDArray = field(default_factory=lambda: np.zeros(3))
 
@@ -116,10 +121,10 @@ def initial_pose(template: Template, cloud_m: NDArray, resting: RestingPrior) ->
     closest = ClosestPoints(template.vertices_m, template.faces)
     turns = np.linspace(0, 2 * np.pi, YAW_STEPS, endpoint=False)
     candidates = [resting.pose(yaw) for yaw in turns]
-    costs = [_trimmed_mean(closest.distance(to_object(pose, sample))) for pose in candidates]
+    away = [np.sort(closest.distance(to_object(pose, sample))) for pose in candidates]
+    costs = np.array([distance[: int(TRIM * len(distance))].mean() for distance in away])
     ways = [1 - (pose[:3, :3] @ resting.direction) @ resting.way for pose in candidates]
-    alike = np.array(costs) < min(costs) + ALIKE_M
-    found = np.where(alike, np.array(costs) + WAY_M * np.array(ways), np.inf)
+    found = np.where(costs < costs.min() + ALIKE_M, costs + WAY_M * np.array(ways), np.inf)
     return candidates[int(np.argmin(found))]
 
 
@@ -128,9 +133,8 @@ def align_rigidly(
     cloud_m: NDArray,
     normals: NDArray,
     pose: NDArray,
+    options: Aligning,
     *,
-    largest_distance_m: float,
-    largest_normal_deg: float,
     resting: RestingPrior | None = None,
 ) -> NDArray:
     """Minimise Eq. 4.24 from a first pose, then the same from the cloud to the template.
@@ -147,36 +151,23 @@ def align_rigidly(
         First frame's cloud [m] and unit normals, camera frame.
     pose : (4, 4) array
         First camera_from_object.
-    largest_distance_m, largest_normal_deg : float
-        dr and the angle threshold of Eq. 4.24.
+    options : Aligning
     resting : RestingPrior, optional
 
     Returns
     -------
     (4, 4) array
         camera_from_object.
-
-    Raises
-    ------
-    ValueError
-        If too little of the cloud lies near the template.
     """
-    limits = largest_distance_m, float(np.cos(np.deg2rad(largest_normal_deg)))
+    largest_m = options.largest_distance_m
+    limits = largest_m, float(np.cos(np.deg2rad(options.largest_normal_deg)))
     tree, moved_m = cKDTree(cloud_m), np.inf
     for _ in range(ALIGNMENT_STEPS):
         # Without pairs the way is not a number, and there is nothing to go on with.
         if not moved_m >= CONVERGED_M:
             break
         pose, moved_m = nearest_step(template, pose, tree, normals, *limits)
-    pose = _polished(template, cloud_m, pose, largest_distance_m, resting)
-    distance = ClosestPoints(template.vertices_m, template.faces).distance(to_object(pose, cloud_m))
-    near = (distance < largest_distance_m).mean()
-    if near < 0.5:
-        raise ValueError(
-            f"alignment: expected most of the cloud within {largest_distance_m:g} m of the"
-            f" template, found {near:.0%}; is it the right template, unit and point?"
-        )
-    return pose
+    return _polished(template, cloud_m, pose, largest_m, resting)
 
 
 def nearest_step(
@@ -266,11 +257,6 @@ def to_object(pose: NDArray, points_m: NDArray) -> NDArray:
     return (points_m - pose[:3, 3]) @ pose[:3, :3]
 
 
-def _trimmed_mean(distance: NDArray) -> float:
-    kept = np.sort(distance)[: int(TRIM * len(distance))]
-    return float(kept.mean())
-
-
 def _kabsch(source: NDArray, target: NDArray) -> NDArray:
     """Rigid step that brings source points nearest to target points."""
     turn, _ = Rotation.align_vectors(target - target.mean(axis=0), source - source.mean(axis=0))
@@ -285,8 +271,7 @@ def _polished(
 ) -> NDArray:
     """Gauss-Newton on distances of the cloud along the template's normals, and on the standing."""
     closest = ClosestPoints(template.vertices_m, template.faces)
-    a, b, c = (template.vertices_m[template.faces[:, k]] for k in range(3))
-    face_normals = np.cross(b - a, c - a)
+    face_normals = doubled_normals(template.vertices_m, template.faces)
     face_normals /= np.linalg.norm(face_normals, axis=1, keepdims=True)
     for _ in range(POLISHING_STEPS):
         points = to_object(pose, cloud)

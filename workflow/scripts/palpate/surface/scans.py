@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.capture.closed_surface import METRES
 from palpate.open3d_core import o3d
+from palpate.solid.mesh import at_nodes
 from palpate.surface.template import decimated
 
 # Joint point-to-plane registration of all views: reach of a correspondence in each step [m].
@@ -98,8 +99,8 @@ def template_from_scans(
         spacing_m,
         np.concatenate([counts for _, _, counts in thinned]),
     )
-    points, normals, counts = _not_outvoted(*merged, spacing_m)
-    mesh = decimated(implicit_surface(points, normals, spacing_m, counts), vertices)
+    kept = _not_outvoted(*merged, spacing_m)
+    mesh = decimated(implicit_surface(*kept, spacing_m), vertices)
     if not mesh.is_watertight or mesh.volume <= 0:
         raise ValueError("scans: expected a closed surface after decimation, found an open one")
     return mesh
@@ -132,7 +133,6 @@ def register(
     turns, shifts = [Rotation.identity() for _ in views], np.zeros((count, 3))
     for reach in REACHES_M:
         matrix, load = np.zeros((6 * count, 6 * count)), np.zeros(6 * count)
-        shares = np.zeros(count)
         for i in range(count):
             step = max(1, len(views[i][0]) // SAMPLES)
             chosen, facing = views[i][0][::step], views[i][1][::step]
@@ -149,14 +149,17 @@ def register(
                 found_normals = (normals * facing[found]).sum(axis=1) > LEAST_COSINE
                 found, normals = found[found_normals], normals[found_normals]
                 target = turns[j].apply(views[j][0][near[found]] - middle) + shifts[j]
-                _add_pair(matrix, load, i, j, placed[found], target, normals)
+                residual, J = _plane_offsets(placed[found], target, normals)
+                place = np.r_[6 * i : 6 * i + 6, 6 * j : 6 * j + 6]
+                matrix[np.ix_(place, place)] += J.T @ J
+                load[place] -= J.T @ residual
                 met[found] = True
-            shares[i] = met.mean()
-        _check_overlap(shares)
-        move = _solved(matrix, load, count)
-        for k in range(1, count):
-            turn = Rotation.from_rotvec(move[k, :3])
-            turns[k], shifts[k] = turn * turns[k], turn.apply(shifts[k]) + move[k, 3:]
+            if met.mean() < LEAST_OVERLAP:
+                expected = f"expected an overlap >= {LEAST_OVERLAP}, found {met.mean():.2f}"
+                raise ValueError(f"scans: view {i + 1}: {expected}")
+        for k, move in enumerate(_solved(matrix, load), start=1):
+            turn = Rotation.from_rotvec(move[:3])
+            turns[k], shifts[k] = turn * turns[k], turn.apply(shifts[k]) + move[3:]
     turns = [Rotation.from_rotvec(np.round(turn.as_rotvec(), DECIMALS)) for turn in turns]
     shifts = np.round(shifts, DECIMALS)
     return [
@@ -165,46 +168,23 @@ def register(
     ]
 
 
-def _add_pair(
-    matrix: NDArray,
-    load: NDArray,
-    i: int,
-    j: int,
-    placed: NDArray,
-    target: NDArray,
-    normals: NDArray,
-) -> None:
-    """Normal equations of n . (T_i p - T_j q) over the correspondences of a pair of views."""
-    residual = ((placed - target) * normals).sum(axis=1)
-    J = np.zeros((len(residual), 12))
-    J[:, :3], J[:, 3:6] = np.cross(placed, normals), normals
-    J[:, 6:9], J[:, 9:] = -np.cross(target, normals), -normals
-    place = np.concatenate([6 * i + np.arange(6), 6 * j + np.arange(6)])
-    matrix[np.ix_(place, place)] += J.T @ J
-    load[place] -= J.T @ residual
+def _plane_offsets(source: NDArray, target: NDArray, normals: NDArray) -> tuple[NDArray, NDArray]:
+    """N . (T_i p - T_j q) of correspondences, and its slopes by small motions of both views."""
+    J = np.hstack([np.cross(source, normals), normals, -np.cross(target, normals), -normals])
+    return ((source - target) * normals).sum(axis=1), J
 
 
-def _solved(matrix: NDArray, load: NDArray, count: int) -> NDArray:
-    """Small motions (turn vector, shift) of the views, the first at rest, (count, 6)."""
+def _solved(matrix: NDArray, load: NDArray) -> NDArray:
+    """Small motions (turn vector, shift) of the views but the first, which rests, (v - 1, 6)."""
     free = matrix[6:, 6:].copy()
     # Turns and shifts of a view apart: the strongest direction sets the scale of the weakest.
     parts = np.diag(free).reshape(-1, 3)
     free[np.diag_indices_from(free)] += DAMPING * np.repeat(parts.max(axis=1), 3)
-    move = np.zeros((count, 6))
-    move[1:] = np.linalg.solve(free, load[6:]).reshape(-1, 6)
-    return move
-
-
-def _check_overlap(shares: NDArray) -> None:
-    if shares.min() < LEAST_OVERLAP:
-        view, share = int(shares.argmin()) + 1, f"{shares.min():.2f}"
-        raise ValueError(
-            f"scans: view {view}: expected an overlap >= {LEAST_OVERLAP}, found {share}"
-        )
+    return np.linalg.solve(free, load[6:]).reshape(-1, 6)
 
 
 def implicit_surface(
-    points_m: NDArray, normals: NDArray, spacing_m: float, weights: NDArray | None = None
+    points_m: NDArray, normals: NDArray, weights: NDArray, spacing_m: float
 ) -> trimesh.Trimesh:
     """Zero level of distances to local tangent planes, averaged over neighbours (IMLS).
 
@@ -212,12 +192,11 @@ def implicit_surface(
     ----------
     points_m, normals : (n, 3) arrays
         Oriented samples of a closed surface.
+    weights : (n,) array
+        Of the samples.
     spacing_m : float
         Edge of the grid [m].
-    weights : (n,) array, optional
-        Of the samples; 1 by default.
     """
-    weights = np.ones(len(points_m)) if weights is None else weights
     low = points_m.min(axis=0) - PADDING * spacing_m
     counts = np.ceil((points_m.max(axis=0) + PADDING * spacing_m - low) / spacing_m).astype(int) + 1
     if (nodes := float(np.prod(counts, dtype=float))) > MOST_NODES:
@@ -255,12 +234,11 @@ def _thinned(
     keys = ((cells[:, 0] * sizes[1] + cells[:, 1]) * sizes[2] + cells[:, 2]) * 6 + side
     _, group = np.unique(keys, return_inverse=True)
     total = np.bincount(group, counts)
-    means = [
-        np.stack([np.bincount(group, counts * values[:, k]) for k in range(3)], axis=1)
-        / total[:, None]
+    points, normals = (
+        at_nodes(group, counts[:, None] * values, len(total)) / total[:, None]
         for values in (points, normals)
-    ]
-    return means[0], means[1] / np.linalg.norm(means[1], axis=1, keepdims=True), total
+    )
+    return points, normals / np.linalg.norm(normals, axis=1, keepdims=True), total
 
 
 def _not_outvoted(

@@ -11,12 +11,15 @@ from trimesh.triangles import closest_point
 
 from palpate.capture.closed_surface import read_surface
 from palpate.open3d_core import ClosestPoints, o3d
-from palpate.surface.unfold import unfolded
+from palpate.solid.mesh import at_nodes, doubled_normals
+from palpate.solid.quality import cutting_triangles
 
 # Two passes halve an edge: so many take the longest plausible one to a few micrometres.
 PASSES = 40
 # A surface of more is thinned: at a millimetre's edge, half a square metre.
 MOST_VERTICES = 50_000
+# Of smoothing, until a surface that thinning folded over does not cut itself.
+UNFOLDING_ROUNDS = 20
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,39 @@ def decimated(mesh: trimesh.Trimesh, vertices: int) -> trimesh.Trimesh:
     return unfolded(trimesh.Trimesh(on_surface, np.asarray(legacy.triangles), process=False))
 
 
+def unfolded(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """Smooth a closed surface where its triangles cut each other, and nowhere else.
+
+    Parameters
+    ----------
+    mesh : trimesh.Trimesh
+
+    Returns
+    -------
+    trimesh.Trimesh
+        With the same triangles; the same surface if none of them cut.
+
+    Raises
+    ------
+    ValueError
+        If the surface still cuts itself when smoothing has had its rounds.
+    """
+    mesh = mesh.copy()
+    for _ in range(UNFOLDING_ROUNDS):
+        cutting = cutting_triangles(mesh.vertices, mesh.faces)
+        if not len(cutting):
+            return mesh
+        moved = np.unique(mesh.faces[np.unique(cutting)])
+        vertices = mesh.vertices.copy()
+        vertices[moved] = [mesh.vertices[mesh.vertex_neighbors[k]].mean(axis=0) for k in moved]
+        mesh.vertices = vertices
+    first, second = cutting[0]
+    raise ValueError(
+        "scans: expected a surface that does not cut itself,"
+        f" found triangles {first} and {second} that do"
+    )
+
+
 def unique_edges(faces: NDArray) -> NDArray:
     """Edges of a mesh, each once, shape (k, 2)."""
     edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
@@ -81,12 +117,8 @@ def unique_edges(faces: NDArray) -> NDArray:
 
 def vertex_normals(vertices: NDArray, faces: NDArray) -> NDArray:
     """Unit normals, means of the adjacent triangles' by area, shape (n, 3)."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    areas = np.cross(b - a, c - a)
-    normals = np.stack(
-        [np.bincount(faces.ravel(), np.repeat(areas[:, k], 3), len(vertices)) for k in range(3)],
-        axis=1,
-    )
+    areas = np.repeat(doubled_normals(vertices, faces)[:, None], 3, axis=1)
+    normals = at_nodes(faces, areas, len(vertices))
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
 
 
@@ -118,7 +150,8 @@ def refine_template(
         chosen = longest > edge_m
         # In edges, as trimesh's zero is of triangles about that large.
         corners = (vertices[faces[chosen]] - point_m) / edge_m
-        chosen[chosen] = _from_origin(corners) < radius_m / edge_m
+        away = np.linalg.norm(closest_point(corners, np.zeros((len(corners), 3))), axis=1)
+        chosen[chosen] = away < radius_m / edge_m
         if not chosen.any():
             break
         if passes == PASSES:
@@ -126,11 +159,6 @@ def refine_template(
             raise ValueError(f"edge_m: expected {expected}, found {longest[chosen].max():.3g} m")
         vertices, faces = _bisect(vertices, faces, chosen)
     return Template(vertices, faces)
-
-
-def _from_origin(triangles: NDArray) -> NDArray:
-    """Distances of triangles (m, 3, 3) from the origin, shape (m,)."""
-    return np.linalg.norm(closest_point(triangles, np.zeros((len(triangles), 3))), axis=1)
 
 
 def _edge_lengths(vertices: NDArray, faces: NDArray) -> NDArray:

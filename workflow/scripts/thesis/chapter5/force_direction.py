@@ -13,8 +13,7 @@ from palpate.report.panels import Surface, named
 from palpate.report.style import SMALL, label_provenance, sensor_name
 from palpate.solid.load import contact_triangle, outward_normal
 from palpate.solid.mesh import SolidMesh
-from palpate.surface.recorded import Recorded
-from palpate.surface.tracked import Tracked, load_tracked
+from palpate.surface.tracked import Recorded, Tracked, load_tracked
 from palpate.units import MILLIMETRES
 from scipy.spatial.transform import Rotation
 

@@ -20,8 +20,8 @@ from palpate.surface.pose import (
     to_camera,
     to_object,
 )
-from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, refine_template, vertex_normals
+from palpate.surface.tracked import Recorded
 from palpate.units import MILLIMETRES
 from palpate.vision.support_plane import read_plane
 from palpate.yaml_files import load_yaml
@@ -100,7 +100,7 @@ def cases_of(
         "largest_normal_deg": options.largest_normal_deg,
     }
     nearest = partial(align_to_nearest, template, **within)
-    held = partial(align_rigidly, template, *cut, resting=known, **within)
+    held = partial(align_rigidly, template, *cut, options=options, resting=known)
     return {
         ALONE: Case(partial(nearest, *cut), cut[0], none),
         WHOLE: Case(partial(nearest, whole, normals), whole, none),

@@ -12,9 +12,8 @@ from palpate.report.panels import Surface
 from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import load_alignment
 from palpate.surface.pose import to_camera, to_object
-from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, read_template
-from palpate.surface.tracked import load_tracked
+from palpate.surface.tracked import Recorded, load_tracked
 from palpate.vision.camera import camera_from_spec, with_calibration
 from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE

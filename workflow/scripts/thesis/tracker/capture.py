@@ -6,9 +6,8 @@ from palpate.open3d_core import ClosestPoints
 from palpate.surface.elastic_capture import track_by_elasticity
 from palpate.surface.options import ElasticTracking
 from palpate.surface.pose import to_camera
-from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, refine_template, vertex_normals
-from palpate.surface.tracked import Tracked
+from palpate.surface.tracked import Recorded, Tracked
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 

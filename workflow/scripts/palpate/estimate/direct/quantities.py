@@ -241,8 +241,10 @@ def intervals(
             variance, part = star_variance, np.minimum(((ratios - nu) / half) ** 2, 1.0)
             t = quantile[STAR]
         left = np.ones_like(ratios) if few else 1 - part
+        # The ends of nu lie at the quantile itself, by which rounding may leave them out.
+        inside = left >= -1e-9
         reach = t * np.sqrt(np.maximum(variance * left, 0.0))
-        low, high = (logs - reach)[left >= 0].min(), (logs + reach)[left >= 0].max()
+        low, high = (logs - reach)[inside].min(), (logs + reach)[inside].max()
         found[name] = Modulus.of_pascals(*map(float, np.exp([values[k], low, high])))
         if contradicted:
             found[name] = replace(found[name], verdict=NOT_JUDGED)
