@@ -136,7 +136,7 @@ def test_an_alignment_comes_back_from_its_file(alignment, tmp_path):
 def test_a_cloud_of_something_else(template, pose):
     cloud, normals = seen(block(), pose)
     tips = to_camera(pose, POINT + np.outer([0.015 + R, 0.004 + R, R], [0, 0, 1]))
-    resting = rest(template, pose, {"position_m": POINT}, tips, 2)
+    resting = rest(template, pose, {"position_m": POINT}, tips, 2, 2)
     with pytest.raises(ValueError, match="cloud: expected at least 90% of its points within 12 mm"):
         align_first(template, (3 * cloud, normals), resting, 2, Aligning())
 
