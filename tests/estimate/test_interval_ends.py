@@ -14,9 +14,10 @@ from palpate.estimate.direct.quantities import (
     over_star,
     over_star_by_nu,
 )
+from scipy.stats import t
 
-# A little within the normal quantile, so that an interval of it has its ends.
-E_STAR, NORMAL = 30e3, 1.9599639
+# At the quantile itself nu has its ends.
+E_STAR, NORMAL = 30e3, t.ppf(0.975, 1e9)
 
 
 def intervals_of(nu, stds, *, options=None, frames=50, correlation=0.0, table_std=0.0):

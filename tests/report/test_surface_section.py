@@ -18,9 +18,9 @@ def figure():
         ball.vertices * 0.9,
         ball.faces,
         CENTRE,
-        ball.vertices[:50],
-        np.arange(80, dtype=np.uint8).reshape(8, 10),
-        (slice(2, 6), slice(3, 9)),
+        cloud_m=ball.vertices[:50],
+        photo=np.arange(80, dtype=np.uint8).reshape(8, 10),
+        near=(slice(2, 6), slice(3, 9)),
     )
     capture = {"object": "ball", "sensor": "my_cam", "capture": "1", "point": "1"}
     drawn = tracked_surface([capture | {"provenance": "recorded"}], [view])

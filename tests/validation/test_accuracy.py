@@ -237,7 +237,9 @@ def test_intervals_stand_beside_the_truth():
     ball = trimesh.creation.icosphere(3, 0.03)
     rest = np.asarray(ball.vertices)
     photo = np.zeros((24, 32, 3), np.uint8)
-    view = TrackedView(rest, rest * 0.9, ball.faces, rest[0], rest[rest[:, 2] > 0], photo)
+    view = TrackedView(
+        rest, rest * 0.9, ball.faces, rest[0], cloud_m=rest[rest[:, 2] > 0], photo=photo
+    )
     joints = [
         {name: {"value": x, "low": 0.9 * x, "high": 1.1 * x} for name, x in found.items()}
         for found in ({"youngs_modulus_pa": E, "poisson_ratio": 0.2} for E in (26e3, 24e3))

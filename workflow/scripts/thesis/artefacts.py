@@ -176,7 +176,7 @@ def in_run(run: StudyRun) -> list[Artefact]:
 def wanted_of(run: StudyRun) -> list[str]:
     """Files of the entries that a run makes for their own sake.
 
-    Of people's own objects alone just those of recordings about the sensors, which are of nobody's.
+    Where a run has people's own objects alone, just those of recordings about the sensors.
     """
     others = {capture.object for capture in run.captures} - run.own
     return [

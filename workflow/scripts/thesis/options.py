@@ -160,6 +160,12 @@ class StudyConfig(Config):
 
     run: ClassVar[type[StudyRun]] = StudyRun
     study: Study = option(Study(), "of the lab's recordings")
+    methods: Annotated[tuple[Literal["hertz", "direct", "minimise"], ...], all_different] = option(
+        ("hertz", "direct"),
+        "of people's own objects; a page needs the first two; minimise, the study's, takes minutes"
+        " a capture and determines less",
+        min_length=1,
+    )
     error_options: Annotated[
         tuple[Literal["force_displacement", "displacement"], ...], all_different
     ] = option(("force_displacement", "displacement"), "Section 3.3.3", min_length=1)

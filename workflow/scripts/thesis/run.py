@@ -20,6 +20,11 @@ class StudyRun(Run):
         """The thesis's part of the configuration."""
         return self.config["study"]
 
+    @property
+    def tracker(self) -> str:
+        """Tracker whose surfaces the estimates are made from."""
+        return self.config["tracking"]["estimate_from"]
+
     def chosen(self, which: str) -> Mapping[str, Mapping]:
         """Recordings of the lab that the study uses, tracks, or estimates directly."""
         return self.study[which]
@@ -35,7 +40,7 @@ class StudyRun(Run):
         return super().own - {self.study["block"], BALL, EAR, *self.study["captures"]}
 
     def problems(self, objects: Collection[str], source: str) -> list[str]:
-        """Recordings of the lab that it names and nobody makes; options of objects nowhere.
+        """Recordings that the lab does not make; options of unknown objects.
 
         A misspelt name would have no effect. A run of dropped captures keeps the options of
         objects that ``study.captures`` names.

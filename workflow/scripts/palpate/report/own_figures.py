@@ -16,7 +16,7 @@ class OwnFigure:
     name : str
         Of its files; its rule's begins with ``own_``.
     title, caption : str
-        What the report says, of the object before the title; the caption in reStructuredText.
+        In the report; the object's name goes before the title, the caption is reStructuredText.
     make : str
         ``module:function``; takes the rule's inputs and params.
     inputs, params : callable

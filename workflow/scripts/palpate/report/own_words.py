@@ -149,7 +149,7 @@ def cells(
 ) -> dict[str, str] | None:
     """Row of the table of moduli, of an estimate that was compared to a time after the touch [s].
 
-    Later than what was compared none is known. Nothing for what has no verdict.
+    Of later times no modulus is known. None for a modulus without a verdict.
     """
     if not modulus or not modulus.verdict:
         return None

@@ -37,7 +37,7 @@ SECTION_HALF_WIDTH_M = 0.0015
 LOWEST_MM, HIGHEST_MM = -14, (5, 16)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class TrackedView(Surface):
     """Tracked surface of one frame, and what else there is of the frame.
 

@@ -169,7 +169,7 @@ def register(
 
 
 def _plane_offsets(source: NDArray, target: NDArray, normals: NDArray) -> tuple[NDArray, NDArray]:
-    """N . (T_i p - T_j q) of correspondences, and its slopes by small motions of both views."""
+    """Offsets n . (T_i p - T_j q) along normals n, and slopes by small motions of both views."""
     J = np.hstack([np.cross(source, normals), normals, -np.cross(target, normals), -normals])
     return ((source - target) * normals).sum(axis=1), J
 

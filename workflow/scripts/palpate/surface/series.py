@@ -1,12 +1,13 @@
 """The tracked surface as a time series that ParaView opens: a VTP file a frame, and their times."""
 
+from errno import EIO
 from pathlib import Path
 
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from palpate.capture.files import whole_folder
+from palpate.capture.files import whole_folder, write_text
 from palpate.surface.pose import to_object
 from palpate.surface.tracked import Tracked
 
@@ -51,7 +52,7 @@ def save_series(folder: str | Path, tracked: Tracked, *, time_s: NDArray, tips_m
         for k, at in enumerate(time_s.tolist()):
             _save_frame(part / f"{k:06}.vtp", tracked, k, tips_m[k])
             lines.append(f'<DataSet timestep="{at}" file="{k:06}.vtp"/>')
-        (part / INDEX).write_text("\n".join([*lines, "</Collection>", "</VTKFile>", ""]))
+        write_text(part / INDEX, "\n".join([*lines, "</Collection>", "</VTKFile>", ""]))
 
 
 def _save_frame(path: Path, tracked: Tracked, k: int, tip_m: NDArray) -> None:
@@ -68,4 +69,4 @@ def _save_frame(path: Path, tracked: Tracked, k: int, tip_m: NDArray) -> None:
     surface.save(path)
     # VTK's writer removes what it has no space for, and raises nothing.
     if not path.is_file():
-        raise OSError(f"{path}: the frame could not be written")
+        raise OSError(EIO, "not written (is the disk full?)", str(path))

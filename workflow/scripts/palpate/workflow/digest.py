@@ -18,7 +18,7 @@ PACKAGES = ("palpate", "thesis", "validation", "virtual_lab")
 # Counted by module: the service of the workflow, and the camera model, which the lab shares.
 BY_MODULE = ("palpate.workflow.", "palpate.config.", "palpate.vision.camera.")
 # What plans a run is no part of a job; packages name it as a type, or take objects' names from it.
-PLANS = "palpate.workflow.run."
+PLANS = ("palpate.workflow.run.", "thesis.run.")
 PIN = re.compile(r"^([A-Za-z0-9_.-]+)==([^\s\\;]+)", re.MULTILINE)
 IMPORT = re.compile(r"^ *(?:from|import) +([\w.]+)(?: +import +(\([^)]*\)|.*))?", re.MULTILINE)
 

@@ -88,15 +88,14 @@ class Config(Model):
     (0.05, 0.002)
     """
 
-    # What a run with it is.
+    # The class of a run with this configuration.
     run: ClassVar[type[Run]] = Run
     paths: Paths = option(Paths(), "of files")
     only: str | None = option(None, "name of one object, or null for all")
     seed: int = option(20150401, "of all that is drawn", ge=0, le=2**53)
-    methods: Annotated[tuple[Literal["hertz", "direct", "minimise"], ...], all_different] = option(
+    methods: Annotated[tuple[Literal["hertz", "direct"], ...], all_different] = option(
         ("hertz", "direct"),
-        "of people's own objects; a page needs the first two; minimise, the study's, takes minutes"
-        " a capture and tells less",
+        "of people's own objects; a page needs both",
         min_length=1,
     )
     experiments: Experiments = option(Experiments(), "about the sensors")

@@ -147,7 +147,7 @@ class Run:
     @property
     def tracker(self) -> str:
         """Tracker whose surfaces the estimates are made from."""
-        return self.config["tracking"]["estimate_from"]
+        return "elastic"
 
     def sensor_spec(self, wildcards: Any) -> Mapping:
         """A sensor's file."""

@@ -188,5 +188,4 @@ def figure_5_16(inputs: Any, params: Any) -> Figure:
 
 def _with_cloud(surface: Surface, cloud_m: NDArray) -> TrackedView:
     """A surface as the section through it takes it."""
-    vertices = surface.rest_m, surface.deformed_m
-    return TrackedView(*vertices, surface.faces, cloud_m, surface.contact_m, np.empty((0, 0)))
+    return TrackedView(**vars(surface), cloud_m=cloud_m, photo=np.empty((0, 0)))

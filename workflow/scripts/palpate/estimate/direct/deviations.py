@@ -53,7 +53,7 @@ class Scales:
     sharing: float = 1.0
 
     def weights(self, gaps: NDArray) -> NDArray:
-        """What squares of residuals are multiplied by, (n,): beyond `ROBUST` absolute values."""
+        """Weights of squared residuals, (n,): beyond `ROBUST` deviations the loss is linear."""
         soft = 1 / np.sqrt(1 + (gaps / (ROBUST * self.motion)) ** 2)
         return soft / (self.motion**2 * self.sharing)
 
@@ -194,7 +194,7 @@ def _variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:
 
     Student's t (Lange, Little and Taylor 1989) by Fisher's scoring, with as many steps whatever the
     gaps are: shares that depended on the gaps' order would differ where only the last bit does. At
-    least 0, and the first `LEAST_NOISE`.
+    least 0, and of the first part at least `LEAST_NOISE`.
     """
     unit = parts.mean(axis=0) + 1e-300
     table, square = parts / unit, gaps**2

@@ -257,7 +257,7 @@ def held_at(best: Solution, nu: float) -> Solution:
         Within its bounds.
     """
     joint = _Joint(best.indentations, best.options)
-    for end in joint.bounds:
+    for end in joint.bounds:  # its own arrays, which nobody else has
         end[NU] = nu
     by_nu = best.covariance[:, NU] / best.covariance[NU, NU]
     start = np.clip(best.vector + (nu - best.vector[NU]) * by_nu, *joint.bounds)

@@ -125,8 +125,8 @@ class DirectIndentation:
     table : SampleTable
         Of the indented point, brought to the contact, at the samples.
     tip_root_m : (3, 3) array, optional
-        Of errors of the tip's place in the target's frame, which captures share: what one of a
-        deviation moves along the indentation and the axes across it [m].
+        Of the tip's error in the target's frame, which captures share. Rows: along the indentation
+        and the two axes across it; columns: independent errors of one deviation [m].
     """
 
     time_s: NDArray

@@ -65,7 +65,7 @@ class SurfaceMotion:
     std_m : (f, c) array
         Standard deviation of a frame's own noise [m]; not that of the rest, which all frames share.
     rest_std_m : (c,) array
-        Of the mean of the frames at rest [m].
+        Standard deviation of the mean of the frames at rest [m].
     """
 
     cell_m: NDArray
