@@ -97,9 +97,9 @@ def read_view(
         to_object(pose, surface.vertices_m[frame]),
         surface.faces,
         surface.contact_point_m,
-        to_object(pose, read_clouds(clouds)[frame].points_m),
-        Stream(recorded, sensor)[frame],
-        _near(sensor["color"], pose, surface.contact_point_m),
+        cloud_m=to_object(pose, read_clouds(clouds)[frame].points_m),
+        photo=Stream(recorded, sensor)[frame],
+        near=_near(sensor["color"], pose, surface.contact_point_m),
     )
 
 
