@@ -20,6 +20,8 @@ FEWEST_POSES = 2
 LENGTH_TOLERANCE = 0.01
 # No arm and no tracker reaches farther [m].
 FARTHEST_M = 30.0
+# Poses that are farther apart say too little of the tip's path between them [s].
+LARGEST_GAP_S = 0.1
 
 
 @dataclass(frozen=True)
