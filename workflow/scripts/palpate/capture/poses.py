@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import Akima1DInterpolator
 from scipy.spatial.transform import Rotation, Slerp
 
 from palpate.capture.tables import FRAMES, columns_of, number_text, read_table, write_table
@@ -83,8 +83,8 @@ class PoseRecord:
         turns = Slerp(known, Rotation.from_matrix(self.base_from_tracked[:, :3, :3]))
         poses[:, :3, :3] = turns(times).as_matrix()
         poses[:, :3, 3] = np.transpose([np.interp(times, known, axis) for axis in places.T])
-        curved_m = np.linalg.norm(PchipInterpolator(known, places)(times) - poses[:, :3, 3], axis=1)
-        std_m = np.hypot(np.interp(times, known, self.std_m), curved_m)
+        off_m = Akima1DInterpolator(known, places)(times) - poses[:, :3, 3]
+        std_m = np.hypot(np.interp(times, known, self.std_m), np.linalg.norm(off_m, axis=1))
         poses[lost], std_m[lost] = np.nan, np.nan
         return poses, std_m
 
