@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.spatial.transform import Rotation
 
 from palpate.capture.images import demosaic, grey
 from palpate.capture.poses import LARGEST_GAP_S, PoseRecord
@@ -348,9 +348,5 @@ def _bridged(time_s: NDArray, poses: list[MarkerPose | None]) -> NDArray:
     known = np.stack([poses[k].camera_from_marker for k in seen])
     if len(seen) == len(poses):
         return known
-    transforms = np.tile(np.eye(4), (len(poses), 1, 1))
-    turns = Slerp(time_s[seen], Rotation.from_matrix(known[:, :3, :3]))
-    transforms[:, :3, :3] = turns(time_s).as_matrix()
-    for axis in range(3):
-        transforms[:, axis, 3] = np.interp(time_s, time_s[seen], known[:, axis, 3])
-    return transforms
+    record = PoseRecord(time_s[seen], known, np.full(len(seen), np.nan))
+    return record.at(time_s, largest_gap_s=np.inf)[0]
