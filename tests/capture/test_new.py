@@ -137,6 +137,15 @@ def test_a_board_with_tags(lab, capsys, board, fields, printed):
     ProbeSpec.read(fill_in(path, real))
 
 
+def test_a_probe_without_a_board(lab, capsys):
+    assert main(["new", "sponge", "--board", "none"]) == 0
+    files = [lab / f"config/{name}.yaml" for name in ("sensors/camera", "probes/probe")]
+    sensor, probe = map(load_yaml, files)
+    assert "marker" not in {*sensor, *probe} and "board_radius_m" not in probe["exclusion"]
+    left = [field for _, field in lines_left(capsys, "raw/sponge")[0]]
+    assert {"base.camera_from_base", "tracked", "marker_from_force"} <= set(left)
+
+
 @pytest.fixture
 def cow(lab, root):
     """The own object begun anew under its names, with its numbers filled in, and its captures."""

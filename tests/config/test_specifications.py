@@ -67,7 +67,7 @@ PROBES = [
     ("axes_std_rad", "1 deg", "expected a number, found '1 deg'"),
     ("tip_std_m", 1e-5, "expected one of axes, axes_std_rad, compliance_std_m_n, exclusion, "
         "force_from_tip, gauge, indenter, load, marker, marker_from_force, probe, stiffness_n_m, "
-        "tip, tip_covariance_m2, found tip_std_m"),
+        "tip, tip_covariance_m2, tracked, found tip_std_m"),
     ("tip_covariance_m2", [*COVARIANCE[:2], [0, 0, -1e-9]],
         "expected variances above 0 in all directions, found -1e-09"),
     ("tip_covariance_m2", [COVARIANCE[0], [2e-10, 4e-10, 0], COVARIANCE[2]],

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 import yaml
 from palpate.capture.tables import write_table
-from palpate.config.probe import covariance_fault
+from palpate.config.sensor import covariance_fault
 from palpate.units import MILLIMETRES
 from palpate.vision.pivot import find_pivot
 from palpate.vision.probe import marker_columns

@@ -313,8 +313,13 @@ def test_a_missing_recording_stops_runs_that_ask_for_it(another_pair, capsys):
 
 def test_missing_optics_stop_runs_that_ask_for_them(another_pair):
     path = another_pair / "config/sensors/d435.yaml"
-    path.write_text(path.read_text() + "optics: calibration\n")
+    text = path.read_text()
+    path.write_text(text + "optics: calibration\n")
     line = "d435.yaml: optics: expected pictures of a board in raw/sensors/d435/calibration"
+    with pytest.raises(ValueError, match=line):
+        opened(another_pair)
+    path.write_text(text + "base: {camera_from_base: calibration}\n")
+    line = "d435.yaml: base.camera_from_base: expected a recording of a target in raw/sensors/d435"
     with pytest.raises(ValueError, match=line):
         opened(another_pair)
 

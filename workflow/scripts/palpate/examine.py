@@ -16,6 +16,7 @@ from palpate.capture.check import checked_object
 from palpate.capture.check_curves import declared_curve
 from palpate.capture.discover import CURVE_END, SensorFolder, curve_files
 from palpate.capture.findings import Findings, examine_force, examine_template
+from palpate.capture.poses import POSES
 from palpate.capture.tables import FORCE, GAUGE_COLUMNS, WRENCH_COLUMNS, read_table, sampled_s
 from palpate.config.probe import as_stated
 from palpate.estimate.hertz.indentation import force_onset
@@ -23,7 +24,7 @@ from palpate.measurement import align
 from palpate.press import Press, press_of
 from palpate.surface.alignment import Alignment
 from palpate.units import MILLIMETRES
-from palpate.vision.calibrated_probe import calibrated_probe
+from palpate.vision.calibrated_probe import calibrated_probe, placed_sensor
 from palpate.vision.examine_frames import examine_frames, examine_scene
 from palpate.vision.force import AVERAGED_S, zeroed
 from palpate.vision.force import FORCE as COMPONENTS
@@ -57,8 +58,8 @@ def examine_object(
     optics_of : callable, optional
         Gives calibration.json of a sensor by name, where a run has made it.
     calibrations_of : callable, optional
-        And those of the probe by it; of what its file asks for and nobody made, what it states
-        counts.
+        And those of the probe by it, and of the poses' base; of what the probe's file asks for and
+        nobody made, what it states counts.
 
     Returns
     -------
@@ -79,7 +80,8 @@ def examine_object(
         if sensor is not None and probe is not None:
             made = calibrations_of(place.folder.name)
             probe = calibrated_probe(as_stated(probe, {path.stem for path in made}), made)
-            opened = [Capture(path, spec, sensor, probe) for path in place.captures]
+            placed = placed_sensor(sensor, made)
+            opened = [Capture(path, spec, placed, probe) for path in place.captures]
             optics = optics_of(place.folder.name)
             # Of scans a run makes the template.
             to_align = "file" in spec["template"] and not template.wrong
@@ -166,7 +168,8 @@ def _place(capture: Capture, found: Alignment) -> Findings:
 def _press(capture: Capture, press: Press, config: Config) -> Findings:
     """Board and force of a press that nothing speaks against."""
     seen, frames_s = press.poses["detected"], press.poses["time_s"].to_numpy(float)
-    found = Findings(found=(f"board in {seen.sum()} of {len(seen)} frames",))
+    by = "poses at" if (capture.folder / POSES).is_file() else "board in"
+    found = Findings(found=(f"{by} {seen.sum()} of {len(seen)} frames",))
     known = zeroed(capture.force, capture.probe, config.force.bias_window_s, frames_s[0])
     count = round(AVERAGED_S * (len(known.time_s) - 1) / np.ptp(known.time_s))
     found += examine_force(

@@ -69,7 +69,8 @@ def press_of(capture: Capture, config: Config, optics: str | Path | None = None)
     poses = as_written(followed(capture.folder, sensor, probe, config.probe_pose))
     plane = table_of(capture.background, sensor, config.support_plane, seed=config.seed)
     declared = capture.declared
-    check_steepness(poses, probe, plane[:3], declared["points"][capture.point], declared["support"])
+    point, base = declared["points"][capture.point], sensor.get("base")
+    check_steepness(poses, probe, plane[:3], point, declared["support"], base)
     wrenches, clock = capture_wrenches(
         capture.force, poses, sensor, probe, config.force, up=plane[:3]
     )

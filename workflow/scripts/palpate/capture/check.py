@@ -16,6 +16,7 @@ from palpate.capture.discover import (
     sensor_folder,
     sensor_folders,
 )
+from palpate.capture.poses import POSES
 from palpate.capture.tables import FORCE, FRAMES, GAUGE_COLUMNS, force_columns
 from palpate.config.model import problems
 from palpate.config.object import ObjectSpec
@@ -92,9 +93,9 @@ def checked_object(
             continue
         for capture in place.contents:
             if not files:
-                problems += _check_tables_are_there(capture)
+                problems += _check_tables_are_there(capture, probe)
                 continue
-            lines = check_capture(capture, sensor)
+            lines = check_capture(capture, sensor, probe)
             problems += _check_gauge(capture, probe) + lines
             if not (lines or any(line.startswith(f"{capture}: ") for line in of_names)):
                 right.add(capture)
@@ -171,8 +172,10 @@ def check_twice(captures: Iterable[Path]) -> list[str]:
     return problems
 
 
-def _check_tables_are_there(capture: Path) -> list[str]:
+def _check_tables_are_there(capture: Path, probe: Mapping | None) -> list[str]:
     names = [FRAMES] if capture.name == BACKGROUND else [FRAMES, FORCE]
+    if capture.name != BACKGROUND and probe is not None and "marker" not in probe:
+        names.append(POSES)
     missing = [capture / name for name in names if not (capture / name).is_file()]
     return [f"{path}: file: expected a CSV table, found nothing" for path in missing]
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from palpate.capture.discover import BACKGROUND
 from palpate.capture.images import png_problem
+from palpate.capture.poses import LARGEST_GAP_S, NAMES, POSES, TIME, PoseRecord, read_poses
 from palpate.capture.tables import (
     FORCE,
     FRAMES,
@@ -27,11 +28,13 @@ FEWEST_FRAMES, FEWEST_REPEATS = 3, 2
 # Each is compared with the others, whose deviations take three at the least.
 FEWEST_BACKGROUND_FRAMES = 4
 FEWEST_FORCE_SAMPLES = 10
+# Frames in a row without poses near them that nothing makes up for.
+MOST_LOST_FRAMES = 10
 # A time of day, or a date and one.
 CLOCK = re.compile(r"(\d+[-./]\d+[-./]\d+[ T]+)?\d+:\d+")
 
 
-def check_capture(folder: str | Path, sensor: Mapping) -> list[str]:
+def check_capture(folder: str | Path, sensor: Mapping, probe: Mapping | None = None) -> list[str]:
     """Check one capture's folder against its sensor.
 
     Parameters
@@ -40,6 +43,8 @@ def check_capture(folder: str | Path, sensor: Mapping) -> list[str]:
         ``raw/<object>/<sensor>/<capture>``, or a background, which has no force.
     sensor : mapping
         The sensor's specification.
+    probe : mapping, optional
+        That of the probe, which is to be followed.
 
     Returns
     -------
@@ -52,7 +57,8 @@ def check_capture(folder: str | Path, sensor: Mapping) -> list[str]:
     problems, frames = check_frames(folder, streams, fewest=FEWEST_FRAMES)
     if not problems:
         problems += _check_repeated(folder, frames, streams)
-    return list(map(one_line, problems + _check_force(folder / FORCE, frames)))
+    problems += _check_force(folder / FORCE, frames) + check_poses(folder, frames, sensor, probe)
+    return list(map(one_line, problems))
 
 
 def check_images(folder: Path, sensor: Mapping, *, fewest: int = FEWEST_REPEATS) -> list[str]:
@@ -206,15 +212,70 @@ def _check_force(path: Path, frames: pd.DataFrame | None) -> list[str]:
     return problems or _check_covered(path, table, frames)
 
 
-def _check_covered(path: Path, force: pd.DataFrame, frames: pd.DataFrame | None) -> list[str]:
-    """One line where a record of forces begins after the first frame or ends before the last."""
+def _check_covered(path: Path, record: Mapping, frames: pd.DataFrame | None) -> list[str]:
+    """One line where a record begins after the first frame or ends before the last."""
     frames_s = _finite(frames["time_s"]) if frames is not None else []
     if not len(frames_s):
         return []
-    (first, last), (start, end) = frames_s[[0, -1]], force["time_s"].iloc[[0, -1]]
+    (first, last), (start, end) = frames_s[[0, -1]], np.asarray(record["time_s"])[[0, -1]]
     if start <= first and end >= last:
         return []
+    apart = " (another clock?)" if start > last or end < first else ""
     expected = f"a record that covers the frames' {number_text(first)} to {number_text(last)} s"
-    return [
-        f"{path}: time_s: expected {expected}, found {number_text(start)} to {number_text(end)} s"
-    ]
+    found = f"{number_text(start)} to {number_text(end)} s{apart}"
+    return [f"{path}: time_s: expected {expected}, found {found}"]
+
+
+def check_poses(
+    folder: Path, frames: pd.DataFrame | None, sensor: Mapping, probe: Mapping | None
+) -> list[str]:
+    """Check what a probe is followed by, one line for each problem: poses, else its target.
+
+    Parameters
+    ----------
+    folder : Path
+    frames : DataFrame or None
+        frames.csv, where it can be read.
+    sensor, probe : mapping
+        The sensor's file and the probe's; None of a recording that need not show one.
+    """
+    path, needed = folder / POSES, {"sensor": sensor, "probe": probe or {"marker": None}}
+    if not path.is_file():
+        without = [f"{kind} {one[kind]}" for kind, one in needed.items() if "marker" not in one]
+        expected = f"poses ({' and '.join(without)} without marker)"
+        return [f"{path}: file: expected {expected}, found nothing"] if without else []
+    try:
+        record = read_poses(folder)
+    except ValueError as error:
+        # What is wrong with the frames is a line already.
+        return [str(error)] if str(path) in str(error) else []
+    lines = [f"{path}: {line}" for line in _unlike(record, sensor, probe)]
+    times = None if frames is None else _finite(frames[TIME])
+    if times is None or not len(times):
+        return lines
+    times = times - times[0]
+    if uncovered := _check_covered(path, vars(record), frames.assign(time_s=times)):
+        return lines + uncovered
+    for k in np.flatnonzero(np.diff(record.time_s) > LARGEST_GAP_S):
+        start, end = record.time_s[k : k + 2]
+        lost = int(((times > start) & (times < end)).sum())
+        if lost > MOST_LOST_FRAMES:
+            gap = f"none from {number_text(start)} to {number_text(end)} s, through {lost} frames"
+            expected = f"poses at most {LARGEST_GAP_S:g} s apart"
+            return [*lines, f"{path}: {TIME}: expected {expected}, found {gap} (tool out of view?)"]
+    return lines
+
+
+def _unlike(record: PoseRecord, sensor: Mapping, probe: Mapping | None) -> Iterable[str]:
+    """Frames of a record that are not those of the sensor's file and of the probe's."""
+    if "base" not in sensor:
+        expected = f"a sensor whose file places it (base.camera_from_base of {sensor['sensor']})"
+        yield f"base: expected {expected}, found none"
+    if probe is not None and "tracked" not in probe:
+        expected = f"a probe whose file names the tracked frame (tracked of {probe['probe']})"
+        yield f"tracked: expected {expected}, found none"
+    stated = sensor.get("base", {}).get("name"), (probe or {}).get("tracked")
+    for name, wanted, hint in zip(NAMES, stated, ("another base", "another tool"), strict=True):
+        found = getattr(record, name)
+        if wanted and found and found != wanted:
+            yield f"{name}: expected {wanted}, found {found} (poses of {hint}?)"

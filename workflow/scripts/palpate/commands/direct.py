@@ -182,14 +182,16 @@ class _Steps:
     def _measure(
         self, capture: Capture, calibrations: Sequence[Path], config: Any, optics: Path | None
     ) -> "Measurement":
-        """What a capture holds, its probe as a run found it where its file asks for that."""
+        """What a capture holds, its probe and its poses' base as a run found them where asked."""
         from palpate.measurement import measure
-        from palpate.vision.calibrated_probe import calibrated_probe
+        from palpate.vision.calibrated_probe import calibrated_probe, placed_sensor
 
         shown = os.path.relpath(capture.folder)
         self.begin(f"{shown}: masks, probe, forces, clouds, motion")
         try:
-            capture = replace(capture, probe=calibrated_probe(capture.probe, calibrations))
+            probe = calibrated_probe(capture.probe, calibrations)
+            sensor = placed_sensor(capture.sensor, calibrations)
+            capture = replace(capture, sensor=sensor, probe=probe)
             return measure(capture, config, optics=optics)
         except ValueError as error:
             line = str(error)

@@ -40,7 +40,8 @@ OFFERED = {
 }
 # What a depth image of each kind of sensor holds.
 ENCODINGS = {"depth": "millimetre", "structured_light": "kinect_disparity", "stereo": None}
-BOARDS = ("checkerboard", "charuco", "aprilgrid")
+NO_BOARD = "none"
+BOARDS = ("checkerboard", "charuco", "aprilgrid", NO_BOARD)
 
 ABOUT = """\
 Begin an object: write its file, its camera's and its probe's, to fill in, and say what to do next.
@@ -65,11 +66,15 @@ def _new(options: argparse.Namespace) -> None:
     )
     encoding = ENCODINGS[options.kind]
     depth = {"depth": {"encoding": encoding}} if encoding else {}
-    marker = {"marker": {"kind": options.board}} if options.board != BOARDS[0] else {}
+    camera, probe = {"marker": {}}, {"marker": {}, "exclusion": {"board_radius_m": FILL_IN}}
+    if options.board == NO_BOARD:
+        camera, probe = {"base": {}}, {"tracked": FILL_IN}
+    elif options.board != BOARDS[0]:
+        probe["marker"]["kind"] = options.board
     template = {"template": {"file": "template.ply"}}
     files = [
-        (sensors / f"{sensor}.yaml", {"sensor": sensor, "kind": options.kind, **depth}),
-        (probes / f"{options.probe}.yaml", {"probe": options.probe, **marker}),
+        (sensors / f"{sensor}.yaml", {"sensor": sensor, "kind": options.kind, **depth, **camera}),
+        (probes / f"{options.probe}.yaml", {"probe": options.probe, **probe}),
         (path, {"object": options.object, "probe": options.probe, **template}),
     ]
     if files[0][0] == files[1][0]:
@@ -179,7 +184,8 @@ def add(commands: Any) -> None:
     new.add_argument("object", help="its name, like red_sponge")
     new.add_argument("--sensor", help="the camera's name (camera)")
     new.add_argument("--probe", default="probe", help="the probe's name (probe)")
-    new.add_argument("--board", choices=BOARDS, default=BOARDS[0], help="probe's (checkerboard)")
+    text = "probe's (checkerboard); none: it is followed by a robot or a tracker"
+    new.add_argument("--board", choices=BOARDS, default=BOARDS[0], help=text)
     new.add_argument("--kind", choices=ENCODINGS, default="depth", help="of camera (depth)")
     new.add_argument("--raw", type=Path, help="folder of all objects; else raw beside config")
     add_devices(new)

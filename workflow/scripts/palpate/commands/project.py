@@ -8,6 +8,7 @@ from typing import Any
 
 from palpate.capture.devices import CONFIG
 from palpate.config.probe import PARTS
+from palpate.config.sensor import HAND_EYE
 from palpate.yaml_files import load_yaml
 
 # What a file may say besides, for the workflow alone, which checks it before its first job.
@@ -53,8 +54,9 @@ class Project:
         return next((path for path in places if path and path.is_file()), None)
 
     def calibrations(self, sensor: str) -> list[Path]:
-        """What a run has found of the probe by a sensor."""
-        paths = [self.results("sensors", sensor, f"{part.name}.json") for part in PARTS]
+        """What a run has found of the probe by a sensor, and of the base of poses."""
+        names = [*(part.name for part in PARTS), HAND_EYE]
+        paths = [self.results("sensors", sensor, f"{name}.json") for name in names]
         return [path for path in paths if path and path.is_file()]
 
     def optics(self, sensor: str) -> Path | None:

@@ -1,16 +1,24 @@
 """The file of a force probe: ``config/probes/<probe>.yaml``."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from math import prod
 from typing import Annotated, Literal
 
 import numpy as np
 from numpy.linalg import matrix_rank
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
-from palpate.config.model import FILL_IN, FileName, Model, Vector, option, where, with_others
-from palpate.config.sensor import NO_TRANSFORM, PAIR, Source, Transform
+from palpate.config.model import FILL_IN, FileName, Model, option, where, with_others
+from palpate.config.sensor import (
+    CALIBRATION,
+    NO_TRANSFORM,
+    PAIR,
+    FrameName,
+    Source,
+    Transform,
+    covariance_of,
+)
 
 # OpenCV's families of tags: how many each has, and the cells along one with its border.
 FAMILIES = {f"{n}X{n}_{k}": (k, n + 2) for n in (4, 5, 6, 7) for k in (50, 100, 250, 1000)}
@@ -19,40 +27,14 @@ FAMILIES |= {"APRILTAG_36H11": (587, 8), "ARUCO_MIP_36H12": (250, 8), "ARUCO_ORI
 # White about a tag that OpenCV asks for, in cells; and between tags, in tags.
 LEAST_MARGIN, LEAST_GAP = 0.7, 0.1
 FEWEST_CORNERS = 6
-# Of numbers that were rounded to four digits; a tip that is known worse is not.
-SYMMETRY_TOLERANCE, LARGEST_TIP_STD_M = 1e-3, 0.02
 # What depth images blur around a tip [m].
 TIP_MARGIN_M = 0.002
-CALIBRATION = "calibration"
 # Fields that may ask for a part's calibration, and those of what each is then known to.
 DEVIATIONS = {
     "load": {"load": "load.mass_std_kg", "axes": "axes_std_rad"},
     "tip": {"tip": "tip_covariance_m2"},
     "stiffness": {"stiffness_n_m": "compliance_std_m_n"},
 }
-
-
-def covariance_fault(rows: Sequence) -> str:
-    """Say what is wrong with a tip's covariance, 3 x 3 numbers [m^2]; empty where nothing is."""
-    covariance = np.array(rows, dtype=float)
-    if not np.allclose(covariance, covariance.T, rtol=SYMMETRY_TOLERANCE, atol=0):
-        row, column = np.argwhere(~np.isclose(covariance, covariance.T, SYMMETRY_TOLERANCE, 0))[0]
-        pair = f"{covariance[row, column]:.3g} and {covariance[column, row]:.3g}"
-        return f"expected a symmetric matrix, found {pair} on two sides of its diagonal"
-    least, *_, most = np.linalg.eigvalsh(covariance)
-    if not least > 0:
-        return f"expected variances above 0 in all directions, found {least:.3g}"
-    if most > LARGEST_TIP_STD_M**2:
-        found = f"{np.sqrt(most):.3g} m"
-        return f"expected deviations up to {LARGEST_TIP_STD_M:g} m, found {found} (square metres?)"
-    return ""
-
-
-def _covariance(rows: tuple) -> tuple:
-    if fault := covariance_fault(rows):
-        raise ValueError(fault)
-    return rows
-
 
 CHECKERBOARD, CHARUCO = with_others("kind", "checkerboard"), with_others("kind", "charuco")
 SQUARED, TAGGED = (with_others("kind", one, "charuco") for one in ("checkerboard", "aprilgrid"))
@@ -65,7 +47,6 @@ ONE_ODD = where(lambda corners: sum(corners) % 2, "one odd and one even", PAIR)
 SIDE = {"ge": 0.001, "le": 0.5}
 Reach = Annotated[float, Field(gt=0, le=1)]
 Metres = Annotated[float, Field(ge=-1, le=1)]
-Covariance = Annotated[tuple[Vector, Vector, Vector], AfterValidator(_covariance)]
 # A calibration of fewer leaves out a part of the wrench, whatever the gauges say.
 Gauges = Annotated[
     tuple[(tuple[(float,) * 6],) * 6],
@@ -137,8 +118,8 @@ class ExclusionSpec(Model, use_attribute_docstrings=True):
     """the tip, about the ball's centre [m]: the ball's radius to its diameter and 2 mm"""
     stem_m: Reach = None
     """how far above the ball's centre the probe is no thicker than the tip [m]"""
-    board_radius_m: Reach
-    """half the diagonal of the target's sheet [m], about the middle of its corners"""
+    board_radius_m: Reach = None
+    """half the diagonal of the target's sheet [m], about the middle of its corners; with marker"""
 
 
 class PayloadSpec(Model, use_attribute_docstrings=True):
@@ -159,16 +140,18 @@ class GaugeSpec(Model, use_attribute_docstrings=True):
 
 
 class ProbeSpec(Model, use_attribute_docstrings=True):
-    """A force probe with a ball at its tip and a target on its handle."""
+    """A force probe with a ball at its tip, and a target or a tracked frame on its handle."""
 
     probe: FileName = option(..., "a name of small letters, digits and _, like nano25_sphere")
     indenter: IndenterSpec
-    marker: TargetSpec
+    marker: TargetSpec = None
+    tracked: FrameName = None
+    """the frame whose poses probe_poses.csv holds, as it names it, like tool0; for a target's"""
     marker_from_force: Transform = option(
         ...,
         "the force sensor in the target's frame (origin at the first inner corner, x right and y"
-        " down on the board, z into it), of the probe's drawing: columns are its axes x, y, z (z"
-        " along the probe to the tip) and its origin [m]",
+        " down on the board, z into it), or in the tracked one, of the probe's drawing: columns are"
+        " its axes x, y, z (z along the probe to the tip) and its origin [m]",
         examples=[NO_TRANSFORM],
     )
     force_from_tip: Transform = option(
@@ -176,8 +159,8 @@ class ProbeSpec(Model, use_attribute_docstrings=True):
         "the ball's centre in the force sensor's frame: the last column [m], by a calliper",
         examples=[[[1, 0, 0, FILL_IN], [0, 1, 0, FILL_IN], [0, 0, 1, FILL_IN], [0, 0, 0, 1]]],
     )
-    tip_covariance_m2: Covariance = None
-    """of the tip's place in the target's frame [m^2], of palpate calibrate tip"""
+    tip_covariance_m2: covariance_of(3) = None
+    """of the tip's place in the target's or tracked frame [m^2], of palpate calibrate tip"""
     axes_std_rad: float = option(None, gt=0, le=0.5)
     """of the turn in marker_from_force, of palpate calibrate load"""
     tip: Source = option("stated", "calibration: of raw/sensors/<sensor>/pivot")
@@ -195,7 +178,15 @@ class ProbeSpec(Model, use_attribute_docstrings=True):
     gauge: GaugeSpec = None
 
     def conflicts(self) -> Iterator[tuple]:
-        """A radius unlike the tip in clouds (a tenth of it triples E); deviations said twice."""
+        """A radius unlike the tip in clouds (a tenth of it triples E); deviations said twice.
+
+        And nothing by which the probe is followed.
+        """
+        if self.marker is None and self.tracked is None:
+            yield "marker", "a value (or tracked, of poses of a robot or a tracker)", "nothing"
+        if (self.marker is None) != (self.exclusion.board_radius_m is None):
+            words = ("a value", "nothing") if self.marker else ("none without marker", "one")
+            yield "exclusion.board_radius_m", *words
         radius_m, cloud = self.indenter.radius_m, self.exclusion
         tip_m, stem_m = cloud.tip_radius_m, cloud.stem_m or cloud.tip_radius_m
         arm_m = float(np.linalg.norm(np.array(self.force_from_tip, dtype=float)[:3, 3]))

@@ -1,24 +1,31 @@
 """The file of a depth sensor: ``config/sensors/<sensor>.yaml``."""
 
-from collections.abc import Iterator, Sequence
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from palpate.config.model import FILL_IN, FileName, Model, option, short, where, with_others
 
 # Eq. 4.12 as printed is a rotation to 1e-8; files may be rounded further.
 ROTATION_TOLERANCE = 1e-4
-# Parts of one probe, or of one sensor, are nearer to each other [m].
-LONGEST_SHIFT_M = 2.0
+# Parts of one probe, or of one sensor, are nearer to each other; a tracker or a robot's base may
+# stand across the room from a camera [m].
+LONGEST_SHIFT_M, FARTHEST_BASE_M = 2.0, 10.0
+# Of numbers that were rounded to four digits.
+SYMMETRY_TOLERANCE = 1e-3
+# A tip that is known worse is not [m], nor is a base [rad, m].
+LARGEST_TIP_STD_M, LARGEST_BASE_STD = 0.02, 0.1
+CALIBRATION, HAND_EYE = "calibration", "hand_eye"
 
 
-def rigid_fault(rows: Sequence) -> str:
+def rigid_fault(rows: Sequence, longest_m: float = LONGEST_SHIFT_M) -> str:
     """Say what is wrong with a rigid transform, 4 x 4 numbers; empty where nothing is."""
     transform = np.array(rows, dtype=float)
     turn = transform[:3, :3]
-    if not np.abs(transform[:3, 3]).max() <= LONGEST_SHIFT_M:
+    if not np.abs(transform[:3, 3]).max() <= longest_m:
         return f"a shift of {np.abs(transform[:3, 3]).max():g} m (metres?)"
     if not np.allclose(transform[3], [0, 0, 0, 1], atol=1e-9):
         return "another last row than 0, 0, 0, 1"
@@ -27,11 +34,47 @@ def rigid_fault(rows: Sequence) -> str:
     return "" if np.linalg.det(turn) > 0 else "a mirrored one"
 
 
+def covariance_fault(rows: Sequence, largest: float = LARGEST_TIP_STD_M, unit: str = "m") -> str:
+    """Say what is wrong with a covariance, n x n numbers; empty where nothing is.
+
+    ``largest`` is the largest deviation that is one, in ``unit``.
+    """
+    covariance = np.array(rows, dtype=float)
+    alike = np.isclose(covariance, covariance.T, rtol=SYMMETRY_TOLERANCE, atol=0)
+    for row, column in np.argwhere(~alike)[:1]:
+        pair = f"{covariance[row, column]:.3g} and {covariance[column, row]:.3g}"
+        return f"expected a symmetric matrix, found {pair} on two sides of its diagonal"
+    least, *_, most = np.linalg.eigvalsh(covariance)
+    if not least > 0:
+        return f"expected variances above 0 in all directions, found {least:.3g}"
+    if most > largest**2:
+        found = f"{np.sqrt(most):.3g} {unit} (square metres?)"
+        return f"expected deviations up to {largest:g} {unit}, found {found}"
+    return ""
+
+
+def rigid(longest_m: float) -> Any:
+    """Type of rigid transforms, rows of 4 x 4 numbers, that shift no farther."""
+    fault = partial(rigid_fault, longest_m=longest_m)
+    holds = where(lambda rows: not fault(rows), "a rotation and a shift", fault)
+    return Annotated[tuple[(tuple[(float,) * 4],) * 4], holds]
+
+
+def covariance_of(size: int, *bound: Any) -> Any:
+    """Type of covariances, rows of numbers, with the bounds of `covariance_fault`."""
+
+    def checked(rows: tuple) -> tuple:
+        if fault := covariance_fault(rows, *bound):
+            raise ValueError(fault)
+        return rows
+
+    return Annotated[tuple[(tuple[(float,) * size],) * size], AfterValidator(checked)]
+
+
 PAIR = "{0[0]:g}, {0[1]:g}".format
-Transform = Annotated[
-    tuple[(tuple[(float,) * 4],) * 4],
-    where(lambda rows: not rigid_fault(rows), "a rotation and a shift", rigid_fault),
-]
+Transform = rigid(LONGEST_SHIFT_M)
+FrameName = Annotated[str, Field(min_length=1, max_length=100)]
+ClockStd = Annotated[float, Field(gt=0, le=1)]
 NO_TRANSFORM = [*([FILL_IN] * 4 for _ in range(3)), [0, 0, 0, 1]]
 Source = Literal["stated", "calibration"]
 Side = Annotated[int, Field(ge=16, le=16384)]
@@ -131,6 +174,36 @@ class DetectionSpec(Model, use_attribute_docstrings=True):
     """how far a corner may be off its place [px]"""
 
 
+class BaseSpec(Model, use_attribute_docstrings=True):
+    """Where the base frame of probe_poses.csv is, a robot's or an optical tracker's."""
+
+    name: FrameName = option(None, "the base frame, as probe_poses.csv names it, like base_link")
+    camera_from_base: rigid(FARTHEST_BASE_M) | Literal["calibration"] = option(
+        ...,
+        "from the base frame to the reference camera's [m]; calibration: of"
+        " raw/sensors/<sensor>/hand_eye",
+        examples=[NO_TRANSFORM],
+    )
+    covariance: covariance_of(6, LARGEST_BASE_STD, "rad or m") = None
+    """6 x 6, of a rotation vector applied in the camera's axes [rad] and the origin's place [m]"""
+    clock_offset_std_s: ClockStd = option(
+        0.05, "how well the poses' clock is the camera's [s], before an indentation determines it"
+    )
+    pose_std_m: float = option(0.0001, "of a pose's place, where std_m says nothing", gt=0, le=0.01)
+    pose_std_rad: float = option(0.0005, "of a pose's turn [rad]", gt=0, le=0.1)
+
+    def conflicts(self) -> Iterator[tuple]:
+        """A deviation beside the calibration, which has its own."""
+        if self.camera_from_base == CALIBRATION and self.covariance is not None:
+            expected = f"none beside camera_from_base: calibration ({HAND_EYE}.json has it)"
+            yield "covariance", expected, "one"
+
+
+def asks_for_base(sensor: Mapping) -> bool:
+    """Whether a sensor's file leaves it to a calibration where the base of poses is."""
+    return sensor.get("base", {}).get("camera_from_base") == CALIBRATION
+
+
 class SensorSpec(Model, use_attribute_docstrings=True):
     """A depth sensor."""
 
@@ -139,7 +212,7 @@ class SensorSpec(Model, use_attribute_docstrings=True):
     """depth (RGB-D), structured_light (disparities of a Kinect for Xbox 360) or stereo"""
     optics: Source = option("stated", "calibration: of raw/sensors/<sensor>/calibration")
     frame_rate_hz: float = option(..., "frames in a second, as the camera is set", gt=0, le=10_000)
-    clock_offset_std_s: Annotated[float, Field(gt=0, le=1)] = option(
+    clock_offset_std_s: ClockStd = option(
         0.05,
         "how well its clock is the force's [s], before an indentation determines it: 0.05 for"
         " stamps at a picture's coming over USB, 0.01 where they allow for exposure and transfer",
@@ -149,10 +222,13 @@ class SensorSpec(Model, use_attribute_docstrings=True):
     color: ColorSpec
     depth: DepthSpec = DEPTH(DepthSpec.__doc__)
     stereo: StereoSpec = STEREO(StereoSpec.__doc__)
-    marker: DetectionSpec
+    marker: DetectionSpec = None
+    base: BaseSpec = None
 
     def conflicts(self) -> Iterator[tuple]:
-        """Numbers of another kind of sensor."""
+        """Numbers of another kind of sensor, and nothing by which a probe is followed."""
+        if self.marker is None and self.base is None:
+            yield "marker", "a value (or base, of poses of a robot or a tracker)", "nothing"
         if self.kind == "depth" and self.depth.encoding == "kinect_disparity":
             yield "depth.encoding", "one of counts, millimetre", short(self.depth.encoding)
         if self.kind == "stereo" and any(self.color.distortion):

@@ -1,4 +1,4 @@
-"""A probe's file with what a run's calibrations of a sensor say of it."""
+"""A probe's file, and a sensor's, with what a run's calibrations of the sensor say of them."""
 
 from collections.abc import Mapping, Sequence
 from math import degrees, hypot
@@ -8,8 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from palpate.config.probe import CALIBRATION, asked, covariance_fault, require_met
-from palpate.config.sensor import rigid_fault
+from palpate.config.probe import asked, require_met
+from palpate.config.sensor import (
+    CALIBRATION,
+    FARTHEST_BASE_M,
+    HAND_EYE,
+    LARGEST_BASE_STD,
+    asks_for_base,
+    covariance_fault,
+    rigid_fault,
+)
 from palpate.json_fields import numbers_of, read_fields
 from palpate.units import MILLIMETRES
 from palpate.vision.payload import CENTRE, CENTRE_M, MASS_KG, TURN, TURN_DEG
@@ -51,6 +59,44 @@ def calibrated_probe(spec: Mapping, paths: Sequence[str | Path]) -> Mapping:
             )
         spec = TAKEN[name](spec, path, fields)
     return spec
+
+
+def placed_sensor(spec: Mapping, paths: Sequence[str | Path]) -> Mapping:
+    """The sensor's file, with the place of a robot's or tracker's base where it asks for it.
+
+    Parameters
+    ----------
+    spec : mapping
+        The sensor's file.
+    paths : sequence of paths
+        Calibrations of a run, among which hand_eye.json may be.
+
+    Returns
+    -------
+    mapping
+        Still asking where none of them is hand_eye.json.
+
+    Raises
+    ------
+    ValueError
+        If hand_eye.json is another sensor's, or does not determine where the base is.
+    """
+    path = next((path for path in paths if Path(path).stem == HAND_EYE), None)
+    if path is None or not asks_for_base(spec):
+        return spec
+    fields = read_fields(path)
+    if fields.get("sensor", spec["sensor"]) != spec["sensor"]:
+        raise ValueError(f"{path}: sensor: expected {spec['sensor']}, found {fields['sensor']}")
+    transform = numbers_of(path, fields, "camera_from_base", (4, 4)).tolist()
+    if fault := rigid_fault(transform, FARTHEST_BASE_M):
+        raise ValueError(
+            f"{path}: camera_from_base: expected a rotation and a shift, found {fault}"
+        )
+    covariance = numbers_of(path, fields, "covariance", (6, 6)).tolist()
+    if fault := covariance_fault(covariance, LARGEST_BASE_STD, "rad or m"):
+        raise ValueError(f"{path}: covariance: {fault} (its verdict says what would determine it)")
+    found = {"camera_from_base": transform, "covariance": covariance}
+    return dict(spec) | {"base": dict(spec["base"]) | found}
 
 
 def with_tip_at(spec: Mapping, tip_m: NDArray) -> dict:

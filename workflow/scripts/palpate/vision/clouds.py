@@ -76,7 +76,7 @@ class ProbePlace(NamedTuple):
     ----------
     tip_m, axis : (3,) arrays
         Tip's centre [m] and pressing direction, camera frame.
-    board_m, sheet_m : (3,) and (4, 3) arrays
+    board_m, sheet_m : (3,) and (4, 3) arrays, or None
         Centre of the target, and the corners around its sheet, camera frame [m].
     exclusion : mapping
         The block of the probe's file.
@@ -84,8 +84,8 @@ class ProbePlace(NamedTuple):
 
     tip_m: NDArray
     axis: NDArray
-    board_m: NDArray
-    sheet_m: NDArray
+    board_m: NDArray | None
+    sheet_m: NDArray | None
     exclusion: Mapping
 
     def holds(self, points_m: NDArray) -> NDArray:
@@ -103,6 +103,8 @@ class ProbePlace(NamedTuple):
         wide_m = np.where(along < -handle_from_m, self.exclusion["radius_m"], thin_m)
         found = np.linalg.norm(offset, axis=1) < thin_m
         found |= (along < -thin_m) & (across < wide_m)
+        if self.board_m is None:
+            return found
         away = np.linalg.norm(points_m - self.board_m, axis=1)
         found |= away < self.exclusion["board_radius_m"]
         sides = points_m @ np.cross(self.sheet_m, np.roll(self.sheet_m, -1, axis=0)).T
@@ -111,7 +113,10 @@ class ProbePlace(NamedTuple):
 
 def probe_places(poses: pd.DataFrame, probe: Mapping) -> list[ProbePlace]:
     """Where the probe is in each frame of probe_pose.csv."""
-    outline_m, exclusion = board_of(probe["marker"]).outline_m, probe["exclusion"]
+    exclusion, path = probe["exclusion"], (poses[TIP].to_numpy(float), poses[AXIS].to_numpy(float))
+    if "marker" not in probe:
+        return [ProbePlace(*row, None, None, exclusion) for row in zip(*path, strict=True)]
+    outline_m = board_of(probe["marker"]).outline_m
     centre = np.append(outline_m.mean(axis=0), 0)
     # What is printed and an even margin, so wide that the corners lie on the exclusion radius:
     # |half + margin| = radius, a quadratic equation in the margin.
@@ -123,8 +128,7 @@ def probe_places(poses: pd.DataFrame, probe: Mapping) -> list[ProbePlace]:
     transforms = marker_transforms(poses)
     boards = transforms[:, :3, :3] @ centre + transforms[:, :3, 3]
     sheets = corners @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3]
-    columns = (poses[TIP].to_numpy(float), poses[AXIS].to_numpy(float), boards, sheets)
-    return [ProbePlace(*row, exclusion) for row in zip(*columns, strict=True)]
+    return [ProbePlace(*row, exclusion) for row in zip(*path, boards, sheets, strict=True)]
 
 
 def scene_points(

@@ -1,4 +1,4 @@
-"""Poses of the probe, or of a target, in a folder's frames, and whether both streams agree on them.
+"""Poses of the probe, or of a target, at a folder's frames, and whether both streams agree on them.
 
 The target moves by some millimetres in a capture, and both streams show it: a depth image how far
 away it is, the other image of a stereo head in which rows and columns. Where the two disagree and
@@ -16,12 +16,20 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from palpate.capture.images import Stream, depth_of, grey, read_image
+from palpate.capture.poses import LARGEST_GAP_S, POSES, read_poses
 from palpate.capture.tables import FRAMES, image_streams, read_frames
 from palpate.units import MILLIMETRES
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.marker import board_of
 from palpate.vision.options import ProbePose
-from palpate.vision.probe import marker_columns, marker_transforms, recorded_poses, track_probe
+from palpate.vision.probe import (
+    marker_columns,
+    marker_transforms,
+    placed_poses,
+    pose_table,
+    recorded_poses,
+    track_probe,
+)
 
 # With fewer frames chance could do it.
 FEWEST_FRAMES = 8
@@ -45,7 +53,7 @@ INWARD = np.array([[1], [-1]])
 def followed(
     folder: str | Path, sensor: Mapping, probe: Mapping, options: ProbePose
 ) -> pd.DataFrame:
-    """Poses of the probe at every frame of a folder.
+    """Poses of the probe at every frame of a folder: by its probe_poses.csv, else by the target.
 
     Parameters
     ----------
@@ -58,10 +66,16 @@ def followed(
     Raises
     ------
     ValueError
-        As `track_probe` and `require_agreement` do.
+        As `read_poses`, `placed_poses`, `track_probe` and `require_agreement` do.
     """
-    frames = Stream(folder, sensor, samples=True)
     time_s = read_frames(folder)["time_s"].to_numpy()
+    if (Path(folder) / POSES).is_file():
+        poses = placed_poses(read_poses(folder), time_s, sensor["base"])
+        found = [(pose, False) for pose in poses]
+        expected = f"expected poses at most {LARGEST_GAP_S:g} s apart about the frames"
+        sought = f"{Path(folder) / POSES}: {expected}"
+        return pose_table(found, time_s, probe, options, sought=sought)
+    frames = Stream(folder, sensor, samples=True)
     table = track_probe(frames, time_s, sensor, probe, options)
     require_agreement(folder, sensor, probe["marker"], table)
     found, refined = table["detected"].sum(), table["refined"].sum()

@@ -1,14 +1,16 @@
-"""The probe through the frames of a capture: marker, chain of transforms, filter."""
+"""The probe through the frames of a capture: its poses, chain of transforms, filter."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.spatial.transform import Rotation
 
 from palpate.capture.images import demosaic, grey
+from palpate.capture.poses import LARGEST_GAP_S, PoseRecord
+from palpate.config.sensor import CALIBRATION, BaseSpec
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.kalman import filter_tip
@@ -69,9 +71,38 @@ def track_probe(
     ValueError
         If no frame shows the marker, or it is lost for longer than allowed.
     """
-    found, fixed = recorded_poses(images, sensor, probe["marker"], options), marker_from_tip(probe)
-    poses = [pose for pose, _ in found]
-    _check_gaps(poses, options.largest_gap_frames, sensor["marker"]["reprojection_threshold_px"])
+    found = recorded_poses(images, sensor, probe["marker"], options)
+    return pose_table(found, time_s, probe, options, sought=_sought(sensor))
+
+
+def pose_table(
+    found: Sequence[tuple[MarkerPose | None, bool]],
+    time_s: NDArray,
+    probe: Mapping,
+    options: ProbePose,
+    *,
+    sought: str,
+) -> pd.DataFrame:
+    """Path of a probe by its poses at some frames, whatever they come from; see `track_probe`.
+
+    Parameters
+    ----------
+    found : sequence of (MarkerPose or None, bool)
+        Of each frame, and whether it was refined.
+    time_s : (n,) array
+        Times of the frames [s].
+    probe : mapping
+    options : ProbePose
+    sought : str
+        What was sought in each frame, as messages say it: subject, colon, what was expected.
+
+    Raises
+    ------
+    ValueError
+        If there is no pose, or the probe is lost for longer than allowed.
+    """
+    fixed, poses = marker_from_tip(probe), [pose for pose, _ in found]
+    _check_gaps(poses, options.largest_gap_frames, sought)
     transforms = _bridged(np.asarray(time_s), poses)
     tips = transforms @ fixed
     table = pd.DataFrame({"frame": range(len(poses)), "time_s": time_s})
@@ -89,6 +120,48 @@ def track_probe(
     table[TIP] = filter_tip(np.asarray(time_s), measured, std_m, options.filter)
     table[AXIS] = tips[:, :3, 2]
     return table
+
+
+def placed_poses(record: PoseRecord, time_s: NDArray, base: Mapping) -> list[MarkerPose | None]:
+    """Poses of a tracked frame in the camera frame at some times, each with its own noise.
+
+    The error of ``camera_from_base`` is not in their covariance: all of them share it.
+
+    Parameters
+    ----------
+    record : PoseRecord
+    time_s : (n,) array
+        The record's clock [s].
+    base : mapping
+        The block of a sensor's file.
+
+    Returns
+    -------
+    list of MarkerPose or None
+        None inside a gap of the record; see `PoseRecord.at`.
+
+    Raises
+    ------
+    ValueError
+        If a time is outside of the record, or nobody places the base.
+    """
+    if base["camera_from_base"] == CALIBRATION:
+        raise ValueError(
+            "base.camera_from_base: expected the hand_eye.json that the sensor's file asks for,"
+            " found none"
+        )
+    noise_m, noise_rad = (
+        base.get(name, BaseSpec.model_fields[name].default)
+        for name in ("pose_std_m", "pose_std_rad")
+    )
+    record = replace(record, std_m=np.where(np.isfinite(record.std_m), record.std_m, noise_m))
+    poses, std_m = record.at(time_s, largest_gap_s=LARGEST_GAP_S)
+    return [
+        MarkerPose(pose, np.diag([noise_rad**2] * 3 + [std**2] * 3), 0, np.nan)
+        if np.isfinite(std)
+        else None
+        for pose, std in zip(np.array(base["camera_from_base"]) @ poses, std_m, strict=True)
+    ]
 
 
 def recorded_poses(
@@ -165,7 +238,12 @@ def marker_columns(transforms: NDArray) -> pd.DataFrame:
 
 
 def check_steepness(
-    poses: pd.DataFrame, probe: Mapping, up: NDArray, point: Mapping, support: Mapping
+    poses: pd.DataFrame,
+    probe: Mapping,
+    up: NDArray,
+    point: Mapping,
+    support: Mapping,
+    base: Mapping | None = None,
 ) -> None:
     """Reject a probe that comes from far beside the declared direction, by its steepness.
 
@@ -179,32 +257,57 @@ def check_steepness(
         The table's normal, camera frame.
     point, support : mapping
         Of object.yaml.
+    base : mapping, optional
+        The block of a sensor's file, of poses in it.
 
     Raises
     ------
     ValueError
-        That names the board where counting its corners the other way round would do.
+        That names the board where counting its corners the other way round would do, and of poses
+        from elsewhere what was taken for another thing.
     """
     normal = np.array(support["plane_normal"], dtype=float)
     declared = _angle_deg(np.array(point.get("direction", -normal), dtype=float), normal)
     turns, axis = marker_transforms(poses)[:, :3, :3], marker_from_tip(probe)[:3, 2]
 
-    def off_deg(turn: NDArray) -> float:
-        return abs(_angle_deg((turns @ turn @ axis).mean(axis=0), up) - declared)
+    def off_deg(turns: NDArray) -> float:
+        return abs(_angle_deg((turns @ axis).mean(axis=0), up) - declared)
 
-    found = off_deg(np.eye(3))
+    found = off_deg(turns)
     if found <= LARGEST_SLANT_DEG:
         return
+    cause = "marker_from_force in the probe's file?"
+    if base is not None and not poses["inliers"].any():
+        camera_from_base = np.array(base["camera_from_base"])[:3, :3]
+        inside = camera_from_base.T @ turns
+        written = Rotation.from_matrix(inside).as_quat(scalar_first=True)
+        causes = (
+            ("quaternions with the scalar last?", Rotation.from_quat(written).as_matrix()),
+            ("poses of the base in the tracked frame?", inside.swapaxes(1, 2)),
+            ("marker_from_force? base.camera_from_base? poses of another tool?", None),
+        )
+        cause = "probe_poses.csv: " + next(
+            text
+            for text, other in causes
+            if other is None or off_deg(camera_from_base @ other) <= LARGEST_SLANT_DEG
+        )
     # A board counted the other way round has its axes turned by a right angle.
-    swapped = min(off_deg(QUARTER_TURN), off_deg(QUARTER_TURN.T)) <= LARGEST_SLANT_DEG
-    cause = "marker_from_force"
-    if swapped and "inner_corners" in probe["marker"]:
+    elif "inner_corners" in probe.get("marker", {}) and any(
+        off_deg(turns @ turn) <= LARGEST_SLANT_DEG for turn in (QUARTER_TURN, QUARTER_TURN.T)
+    ):
         columns, rows = probe["marker"]["inner_corners"]
-        cause = f"marker.inner_corners {rows}, {columns}"
+        cause = f"marker.inner_corners {rows}, {columns} in the probe's file?"
     raise ValueError(
         f"probe: expected to press within {LARGEST_SLANT_DEG:g} degrees of the declared direction,"
-        f" found it {found:.0f} beside it ({cause} in the probe's file?)"
+        f" found it {found:.0f} beside it ({cause})"
     )
+
+
+def _sought(sensor: Mapping) -> str:
+    """What is sought of a target, as messages say it."""
+    threshold_px = sensor["marker"]["reprojection_threshold_px"]
+    within = f"a pose that leaves most of them within {threshold_px:g} px"
+    return f"marker: expected its corners, and {within}"
 
 
 def _angle_deg(first: NDArray, second: NDArray) -> float:
@@ -221,23 +324,20 @@ def _tip_std(pose: MarkerPose | None, fixed: NDArray) -> NDArray:
     return np.sqrt([*np.diag(covariance), axis @ covariance @ axis])
 
 
-def _check_gaps(poses: list[MarkerPose | None], largest: int, threshold_px: float) -> None:
-    lost = [k for k, pose in enumerate(poses) if pose is None]
+def _check_gaps(poses: list[MarkerPose | None], largest: int, sought: str) -> None:
+    lost, subject = [k for k, pose in enumerate(poses) if pose is None], sought.partition(":")[0]
     if len(lost) == len(poses):
-        raise ValueError(
-            "marker: expected its corners, and a pose that leaves most of them within"
-            f" {threshold_px:g} px, found in none of {len(poses)} frames"
-        )
+        raise ValueError(f"{sought}, found in none of {len(poses)} frames")
     for edge in (0, len(poses) - 1):
         if poses[edge] is None:
             raise ValueError(
-                f"marker: expected in the first and last frame, found it lost in frame {edge}"
+                f"{subject}: expected in the first and last frame, found it lost in frame {edge}"
             )
     runs = np.split(np.array(lost, dtype=int), np.flatnonzero(np.diff(lost) > 1) + 1)
     longest = max(runs, key=len)
     if len(longest) > largest:
         raise ValueError(
-            f"marker: expected to be lost for at most {largest} frames at a time,"
+            f"{subject}: expected to be lost for at most {largest} frames at a time,"
             f" found it lost in frames {longest[0]} to {longest[-1]}"
         )
 
@@ -248,9 +348,5 @@ def _bridged(time_s: NDArray, poses: list[MarkerPose | None]) -> NDArray:
     known = np.stack([poses[k].camera_from_marker for k in seen])
     if len(seen) == len(poses):
         return known
-    transforms = np.tile(np.eye(4), (len(poses), 1, 1))
-    turns = Slerp(time_s[seen], Rotation.from_matrix(known[:, :3, :3]))
-    transforms[:, :3, :3] = turns(time_s).as_matrix()
-    for axis in range(3):
-        transforms[:, axis, 3] = np.interp(time_s, time_s[seen], known[:, axis, 3])
-    return transforms
+    record = PoseRecord(time_s[seen], known, np.full(len(seen), np.nan))
+    return record.at(time_s, largest_gap_s=np.inf)[0]

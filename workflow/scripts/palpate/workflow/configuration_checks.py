@@ -7,6 +7,7 @@ from pathlib import Path
 from palpate.capture.discover import folders
 from palpate.capture.experiments import check_experiment
 from palpate.config.probe import PARTS
+from palpate.config.sensor import HAND_EYE, asks_for_base
 from palpate.workflow.lab_captures import says_simulated
 
 LONGEST_PATH = 1000
@@ -77,10 +78,14 @@ def recorded_by(lab: Mapping | None, experiment: str) -> Collection[str]:
 def missing_calibrations(
     used: set[str], sensors: Mapping, lab: Mapping | None, paths: Mapping
 ) -> list[str]:
-    """Sensors whose optics are to come from pictures of a target that nobody took, a line each."""
+    """Sensors whose optics, or base, are to come from a recording that nobody took, a line each."""
     made, lines = recorded_by(lab, "calibration"), []
     for name in sorted(used):
         spec = sensors.get(name) or {}
+        hand_eye = Path(paths["raw"]) / "sensors" / name / HAND_EYE
+        if asks_for_base(spec) and not (name in recorded_by(lab, HAND_EYE) or hand_eye.is_dir()):
+            field = f"{Path(paths['sensors']) / name}.yaml: base.camera_from_base"
+            lines.append(f"{field}: expected a recording of a target in {hand_eye}, found none")
         if spec.get("optics") != "calibration":
             continue
         folder = Path(paths["raw"]) / "sensors" / name / "calibration"

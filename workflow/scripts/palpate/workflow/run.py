@@ -9,6 +9,7 @@ from typing import Any
 
 from palpate.capture.discover import CaptureId, folder_fingerprint
 from palpate.config.probe import PARTS, asked
+from palpate.config.sensor import HAND_EYE, asks_for_base
 from palpate.solid.options import first_images
 from palpate.workflow.lab_captures import says_simulated
 from palpate.workflow.places import refuse
@@ -206,8 +207,9 @@ class Run:
         return self.results(f"sensors/{wildcards.sensor}/calibration.json")
 
     def calibrations_of(self, wildcards: Any) -> list[str]:
-        """A sensor's own calibrations of the probe, those that its file asks for."""
-        parts = asked(self.probe_of(wildcards.object))
+        """A sensor's own calibrations of the probe and of the base of poses, where files ask."""
+        parts = [*asked(self.probe_of(wildcards.object))]
+        parts += [HAND_EYE] * asks_for_base(self.sensors[wildcards.sensor])
         return [self.results(f"sensors/{wildcards.sensor}/{part}.json") for part in parts]
 
     def first_cloud_of(self, wildcards: Any) -> str:
