@@ -84,10 +84,10 @@ def test_poses_that_come_late_while_the_target_moves():
 
 def test_turns_about_one_axis_do_not_determine_the_shift_along_it():
     one = found(scene(2, tilts=(0, 0, 1)))
-    axis = CAMERA_FROM_BASE[:3, :3].T @ Rotation.from_rotvec([0.3, 0.2, 0]).apply([0, 0, 1])
+    along = Rotation.from_rotvec([0.3, 0.2, 0]).apply([0, 0, 1])  # camera frame
     assert "not determined: all turns are about" in one.verdict
-    assert abs(axis @ one.axis) > 0.99
-    assert np.sqrt(axis @ CAMERA_FROM_BASE[:3, :3].T @ one.covariance[3:, 3:] @ CAMERA_FROM_BASE[:3, :3] @ axis) > 0.005  # fmt: skip
+    assert abs(along @ CAMERA_FROM_BASE[:3, :3] @ one.axis) > 0.99
+    assert np.sqrt(along @ one.covariance[3:, 3:] @ along) > 0.005
     with pytest.raises(ValueError, match="expected the target to turn by 5 degrees or more"):
         found(scene(2, tilts=(0, 0, 0)))
 
@@ -122,7 +122,8 @@ def test_a_recording(tmp_path, capfd, stage, sensors):
         image = noisy(picture(BOARD, pose, CAMERA), rng)
         write_image(folder / name, np.repeat(image[..., None], 3, axis=2), "rgb8")
     write_frames(folder, pd.DataFrame({"frame": range(12), "time_s": time_s, "color": names}))
-    write_poses(folder, PoseRecord(time_s, np.repeat(views.base_from_tracked, 2, axis=0), np.full(12, 1e-4)))  # fmt: skip
+    tracked = np.repeat(views.base_from_tracked, 2, axis=0)
+    write_poses(folder, PoseRecord(time_s, tracked, np.full(12, 1e-4)))
     target = {"marker": {"inner_corners": [5, 4], "square_m": 0.02}}
     (folder / "target.yaml").write_text(yaml.safe_dump(target))
     color = camera_block(CAMERA, "rgb8")

@@ -313,7 +313,7 @@ def _naming(options: argparse.Namespace) -> Iterator[None]:
 
 
 def _probe(options: argparse.Namespace) -> Mapping:
-    """A file with a block ``marker``, or with ``tracked``; name, transforms and ``gauge`` where filled in."""
+    """A file with a block ``marker`` or ``tracked``; name, transforms, ``gauge`` if filled in."""
     from palpate.workflow.options import partly
 
     path = options.board
@@ -323,15 +323,15 @@ def _probe(options: argparse.Namespace) -> Mapping:
     if not isinstance(content, Mapping):
         raise ValueError(f"{path}: content: expected a block marker, found none")
     board = {"marker": content["marker"]} if "marker" in content else dict(content)
-    tracked = {k: content[k] for k in ("tracked",) if k in content}
-    if "marker" in content or not tracked:
+    stated = {}
+    if "marker" in content or "tracked" not in content:
         TargetFile.read(board, str(path))
-        tracked |= TargetFile.plain(board)
-    known = ("probe", *TRANSFORMS, "gauge")
+        stated = TargetFile.plain(board)
+    known = ("probe", "tracked", *TRANSFORMS, "gauge")
     filled = {k: content[k] for k in known if k in content and not blank_fields(content[k])}
     if lines := problems(partly(ProbeSpec), filled, str(path)):
         raise ValueError("\n".join(lines))
-    return tracked | filled
+    return stated | filled
 
 
 def _sensor(options: argparse.Namespace) -> Mapping:

@@ -1,7 +1,7 @@
 """Pictures of a target in folders, as people keep them: one folder for each camera."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from palpate.capture.images import Stream, grey
 from palpate.capture.poses import PoseRecord, read_poses
 from palpate.capture.tables import read_frames
+from palpate.config.sensor import said_of_base
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.hand_eye_problem import Views
@@ -24,8 +25,8 @@ ENDINGS = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
 GLINTS_PERCENT = 99.5
 # Frames show one pose if it changes by less, and none in a gap of the record of poses.
 SAME_M, SAME_RAD, LARGEST_GAP_S = 0.001, 0.003, 0.5
-# Of a pose where neither its record nor the sensor's file says; half the time of a speed.
-POSE_STD_M, POSE_STD_RAD, SPEED_S = 1e-4, 5e-4, 0.1
+# Half the time of a speed; how far off their pose corners are at most, if the file does not say.
+SPEED_S, THRESHOLD_PX = 0.1, 0.5
 
 
 @dataclass(frozen=True)
@@ -164,11 +165,10 @@ def tracked_views(folder: str | Path, sensor: Mapping, board: FlatBoard) -> View
     ValueError
         If no frame with a pose shows the target.
     """
-    record, follow, camera = (
-        read_poses(folder),
-        CornerFollower(board),
-        camera_from_spec(sensor["color"]),
-    )
+    camera, follow = camera_from_spec(sensor["color"]), CornerFollower(board)
+    noise_m, noise_rad = (said_of_base(sensor, name) for name in ("pose_std_m", "pose_std_rad"))
+    record = read_poses(folder)
+    record = replace(record, std_m=np.where(np.isfinite(record.std_m), record.std_m, noise_m))
     none = np.full((len(board.points_m), 2), np.nan)
     found = [follow(grey(image)) for image in Stream(folder, sensor)]
     follow.require_right()
@@ -179,7 +179,7 @@ def tracked_views(folder: str | Path, sensor: Mapping, board: FlatBoard) -> View
     usable = np.isfinite(corners).any(axis=(1, 2)) & np.isfinite(poses).all(axis=(1, 2))
     rests = _rests(poses, np.flatnonzero(usable & (inside == time_s)))
     means = [_mean(corners[rest]) for rest in rests]
-    limit_px = sensor["marker"]["reprojection_threshold_px"]
+    limit_px = (sensor.get("marker") or {}).get("reprojection_threshold_px", THRESHOLD_PX)
     placed = settle([candidate_poses(one, camera, board, threshold_px=limit_px) for one in means])
     kept = [k for k, pose in enumerate(placed) if pose]
     if not kept:
@@ -190,14 +190,9 @@ def tracked_views(folder: str | Path, sensor: Mapping, board: FlatBoard) -> View
     for pose, one in zip(seen, means, strict=True):
         off_px = camera.project(board.points_m @ pose[:3, :3].T + pose[:3, 3]) - one
         one[np.linalg.norm(off_px, axis=1) > limit_px] = np.nan
-    tracked, known = (
-        np.array([poses[rest].mean(axis=0) for rest in rests]),
-        sensor.get("base") or {},
-    )
+    tracked = np.array([poses[rest].mean(axis=0) for rest in rests])
     tracked[:, :3, :3] = Rotation.from_matrix(tracked[:, :3, :3]).as_matrix()
-    std = np.full((len(rests), 6), known.get("pose_std_rad", POSE_STD_RAD))
-    place_m = np.array([std_m[rest].max() for rest in rests])[:, None]
-    std[:, 3:] = np.where(np.isfinite(place_m), place_m, known.get("pose_std_m", POSE_STD_M))
+    std = np.array([[noise_rad] * 3 + [std_m[rest].max()] * 3 for rest in rests])
     names = [f"frames {rest[0]} to {rest[-1]}" for rest in rests]
     speed = _speeds(record, np.array([time_s[rest].mean() for rest in rests]))
     return Views(np.array(names), means, seen, tracked, std, speed)

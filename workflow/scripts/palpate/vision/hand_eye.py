@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from palpate.config.sensor import said_of_base
 from palpate.units import MILLIMETRES
 from palpate.vision.board import FlatBoard
 from palpate.vision.board_pictures import tracked_views
@@ -45,8 +46,6 @@ UNLIKELY, MOST_LEFT_OUT, MOST_ROUNDS = 1e-5, 1 / 3, 20
 CHANCE = 3.0
 # A target of another size, or poses in another unit or of another frame, are farther off.
 LARGEST_OFF_M = 0.01
-# Of the poses' clock, where the sensor's file does not say.
-CLOCK_STD_S = 0.05
 # Up to which the camera is determined: a place where the poses were, and its turn.
 LARGEST_STD_M, LARGEST_STD_RAD = 0.002, 0.003
 
@@ -133,11 +132,10 @@ def recorded_hand_eye(folder: Path, sensor: Mapping, marker: Mapping) -> HandEye
         As `find_hand_eye` and `palpate.vision.board_pictures.tracked_views` do.
     """
     board, color = board_of(marker), sensor["color"]
-    clock_std_s = (sensor.get("base") or {}).get("clock_offset_std_s", CLOCK_STD_S)
+    views = tracked_views(folder, sensor, board)
+    clock_std_s = said_of_base(sensor, "clock_offset_std_s")
     known = {"clock_std_s": clock_std_s, "optics": optics_covariance(color)}
-    return find_hand_eye(
-        tracked_views(folder, sensor, board), board, camera_from_spec(color), **known
-    )
+    return find_hand_eye(views, board, camera_from_spec(color), **known)
 
 
 def find_hand_eye(
@@ -203,7 +201,7 @@ def find_hand_eye(
     own = own * worse * alike(part.off[kept, 3:], max(LEAST_SHARED, chance))
     if optics is not None:
         own += by_optics @ optics @ by_optics.T
-    covariance, pixels = own[CAMERA, CAMERA], part.residuals[kept].reshape(-1, 2)
+    covariance, pixels = (own + own.T)[CAMERA, CAMERA] / 2, part.residuals[kept].reshape(-1, 2)
     place_m = (tracked(views, frames[2]) @ frames[1])[kept, :3, 3].mean(axis=0)
     return HandEye(
         *frames[:2],
