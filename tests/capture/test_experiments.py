@@ -105,7 +105,7 @@ def test_a_stereo_heads_cameras_are_left_and_right(calibration, root):
 
 def test_an_unknown_experiment(tmp_path, kinect):
     [line] = check_experiment(tmp_path / "juggling", kinect)
-    known = "calibration, cd_case, load, loading, pivot, planes, stiffness, workspace"
+    known = "calibration, cd_case, hand_eye, load, loading, pivot, planes, stiffness, workspace"
     assert f"expected one of {known}" in line
 
 

@@ -20,6 +20,25 @@ rule camera_calibration:
         "../scripts/stages/camera_calibration.py"
 
 
+# The camera in a robot's or a tracker's base frame, from a target on what is tracked.
+rule hand_eye:
+    input:
+        recording=RUN.raw("sensors/{sensor}/hand_eye"),
+        optics=RUN.optics_of,
+    output:
+        hand_eye=RUN.results("sensors/{sensor}/hand_eye.json"),
+    log:
+        RUN.results("logs/hand_eye/{sensor}.log"),
+    benchmark:
+        RUN.results("benchmarks/hand_eye/{sensor}.tsv")
+    params:
+        sensor=RUN.sensor_spec,
+    message:
+        "Finding the {wildcards.sensor} in the base frame"
+    script:
+        "../scripts/stages/hand_eye.py"
+
+
 # The probe's tip, payload and compliance, each from a recording of the probe by itself.
 for part in PARTS:
 

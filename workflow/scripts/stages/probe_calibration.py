@@ -9,21 +9,26 @@ from palpate.vision.follow import board_followed
 from palpate.vision.marker import board_of
 from palpate.vision.options import Force, ProbePose, SupportPlane
 from palpate.vision.payload import find_payload
-from palpate.vision.pivot import recorded_pivot
+from palpate.vision.pivot import find_pivot, recorded_pivot
+from palpate.vision.pose_files import BASE_UP, tracked_table
 from palpate.vision.probe import marker_transforms
 from palpate.vision.static_poses import static_poses
 from palpate.workflow.job import naming, run
 
 
 def main(snakemake):
-    """Write tip.json, load.json or stiffness.json."""
+    """Write tip.json, load.json or stiffness.json; by tracked poses no sensor counts."""
     params, film = snakemake.params, snakemake.input.film
     probe = params.probe
     if probe is None:
         raise ValueError("experiments.probe: expected the recorded probe, found none")
     sensor = sensor_with_optics(params.sensor, snakemake.input.get("optics"))
     with naming(film):
-        poses = board_followed(film, sensor, probe["marker"], ProbePose.read(params.options))
+        poses = tracked_table(film, probe)
+        if poses is not None:
+            sensor = None
+        else:
+            poses = board_followed(film, sensor, probe["marker"], ProbePose.read(params.options))
         fields = FOUND[params.part](film, sensor, probe, poses, params)
     write_json(snakemake.output.fields, fields)
 
@@ -31,15 +36,19 @@ def main(snakemake):
 def tip(film, sensor, probe, poses, params):
     """Where the ball is in the target's frame, from a handle that turned about its tip."""
     names = [f"frame {k}" for k in poses["frame"]]
-    board = board_of(probe["marker"])
-    found = recorded_pivot(marker_transforms(poses), names, board, sensor["color"])
+    if sensor is None:
+        found = find_pivot(marker_transforms(poses), names, by_camera=False)
+    else:
+        board = board_of(probe["marker"])
+        found = recorded_pivot(marker_transforms(poses), names, board, sensor["color"])
     return found.fields(names, probe["probe"])
 
 
 def load(film, sensor, probe, poses, params):
     """Payload of the force sensor and its axes, from a probe held still in the air."""
-    plane = SupportPlane.read(params.more["support_plane"])
-    up = table_of(f"{film}/background", sensor, plane, seed=params.more["seed"])[:3]
+    plane, up = SupportPlane.read(params.more["support_plane"]), BASE_UP
+    if sensor is not None:
+        up = table_of(f"{film}/background", sensor, plane, seed=params.more["seed"])[:3]
     held = static_poses(poses, read_force(film), probe)
     return find_payload(held, up).fields(held.names, probe["probe"])
 

@@ -57,7 +57,7 @@ def check_capture(folder: str | Path, sensor: Mapping, probe: Mapping | None = N
     problems, frames = check_frames(folder, streams, fewest=FEWEST_FRAMES)
     if not problems:
         problems += _check_repeated(folder, frames, streams)
-    problems += _check_force(folder / FORCE, frames) + check_poses(folder, frames, sensor, probe)
+    problems += check_force(folder / FORCE, frames) + check_poses(folder, frames, sensor, probe)
     return list(map(one_line, problems))
 
 
@@ -193,7 +193,8 @@ def _check_repeated(folder: Path, frames: pd.DataFrame, streams: Iterable[str]) 
     return problems
 
 
-def _check_force(path: Path, frames: pd.DataFrame | None) -> list[str]:
+def check_force(path: Path, frames: pd.DataFrame | None) -> list[str]:
+    """Check a record of forces, one line for each problem; that it covers the frames, if any."""
     table, problems = read_columns(path, ["time_s"])
     if table is None:
         return problems

@@ -1,21 +1,24 @@
 """Check recordings about a sensor: ``raw/sensors/<sensor>/<experiment>/``."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from palpate.capture.check_capture import (
+    FEWEST_FRAMES,
     FEWEST_REPEATS,
     check_capture,
+    check_force,
     check_frames,
     check_images,
     check_numbers,
     read_columns,
 )
 from palpate.capture.discover import BACKGROUND
-from palpate.capture.tables import image_streams, read_table
+from palpate.capture.poses import POSES, read_poses
+from palpate.capture.tables import FORCE, image_streams, read_table
 from palpate.config.model import problems
 from palpate.config.probe import SIDE, TargetFile
 from palpate.yaml_files import load_yaml, one_line
@@ -72,17 +75,26 @@ def _recording(folder: Path) -> list[str]:
 
 def _calibration(folder: Path, sensor: Mapping) -> list[str]:
     """Grey pairs of the sensor's two cameras, and the target's sizes."""
-    described = folder / "board.yaml"
-    if described.is_file():
-        lines = problems(TargetFile, load_yaml(described), str(described))
-    else:
-        lines = _board(folder / "board.csv")
     if "depth" in sensor:
         blocks = {"color": sensor["color"], "infrared": sensor["depth"]}
     else:
         blocks = dict.fromkeys(STEREO, sensor["color"])
     streams = {name: {**block, "encoding": "mono8"} for name, block in blocks.items()}
-    return lines + check_frames(folder, streams, fewest=FEWEST_PAIRS)[0]
+    return _target(folder) + check_frames(folder, streams, fewest=FEWEST_PAIRS)[0]
+
+
+def _target(folder: Path) -> list[str]:
+    """What is wrong with the file of a recording's target."""
+    described = _described(folder)
+    if described is None:
+        return _board(folder / "board.csv")
+    return problems(TargetFile, load_yaml(described), str(described))
+
+
+def _described(folder: Path) -> Path | None:
+    """A recording's file with a block ``marker``."""
+    paths = (folder / name for name in ("target.yaml", "board.yaml"))
+    return next((path for path in paths if path.is_file()), None)
 
 
 def _board(path: Path) -> list[str]:
@@ -104,9 +116,8 @@ def _board(path: Path) -> list[str]:
 
 
 def read_marker(folder: Path) -> dict:
-    """Board of a calibration's folder, as the ``marker`` block of a probe's file."""
-    described = folder / "board.yaml"
-    if described.is_file():
+    """Target of a calibration's folder, as the ``marker`` block of a probe's file."""
+    if described := _described(folder):
         return TargetFile.plain(load_yaml(described))["marker"]
     columns, rows, square_m = read_table(folder / "board.csv")[BOARD].iloc[0]
     return {"inner_corners": [int(columns), int(rows)], "square_m": float(square_m)}
@@ -151,6 +162,35 @@ def _load(folder: Path, sensor: Mapping) -> list[str]:
     return check_capture(folder, sensor) + check_images(folder / BACKGROUND, sensor)
 
 
+def check_hand_eye(folder: Path, sensor: Mapping, *, has_target: bool = True) -> list[str]:
+    """Check images of a target on a tracked frame, its poses, and the target's file, if needed."""
+    stream, block = next(iter(image_streams(sensor).items()))
+    lines = _target(folder) if has_target else []
+    lines += check_frames(folder, {stream: block}, fewest=FEWEST_FRAMES)[0]
+    return list(map(one_line, lines + check_tracked(folder, has_force=False)))
+
+
+def check_tracked(folder: Path, *, has_force: bool) -> list[str]:
+    """Check a recording of a probe by its poses, and by its forces where it has some."""
+    lines = check_force(folder / FORCE, None) if has_force else []
+    try:
+        read_poses(folder)
+    except ValueError as error:
+        lines.append(str(error))
+    return lines
+
+
+def _of_probe(check: Callable[..., list[str]], *, has_force: bool = True) -> Callable:
+    """A check of a recording of a probe with a target, or of one that is tracked."""
+
+    def checked(folder: Path, sensor: Mapping) -> list[str]:
+        if (folder / POSES).is_file():
+            return check_tracked(folder, has_force=has_force)
+        return check(folder, sensor)
+
+    return checked
+
+
 def _filled(path: Path, columns: list[str]) -> tuple[pd.DataFrame | None, list[str]]:
     """A table with some columns of numbers and at least one row, and what is wrong."""
     table, lines = read_columns(path, columns)
@@ -167,7 +207,8 @@ CHECKS = {
     "cd_case": _cd_case,
     "loading": check_capture,
     "planes": _planes,
-    "pivot": check_images,
-    "load": _load,
-    "stiffness": check_capture,
+    "hand_eye": check_hand_eye,
+    "pivot": _of_probe(check_images, has_force=False),
+    "load": _of_probe(_load),
+    "stiffness": _of_probe(check_capture),
 }

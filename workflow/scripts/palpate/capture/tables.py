@@ -57,12 +57,14 @@ def read_frames(folder: str | Path) -> pd.DataFrame:
 def read_force(folder: str | Path) -> pd.DataFrame:
     """Read a capture's force.csv: ``time_s`` and gauge volts [V] or a wrench [N, Nm].
 
-    Times count from the capture's first frame. Stamps in bursts are spread (`sampled_s`).
+    Times count from the capture's first frame, if it has any. Stamps in bursts are spread
+    (`sampled_s`).
     """
-    path = Path(folder) / FORCE
-    table, frames = read_table(path), read_table(Path(folder) / FRAMES)
-    force_s, frame_s = (columns_of(of, ["time_s"])[:, 0] for of in (table, frames))
-    time_s, burst = sampled_s(force_s - frame_s[:1])
+    path, frames = Path(folder) / FORCE, Path(folder) / FRAMES
+    table, first_s = read_table(path), 0.0
+    if frames.is_file():
+        first_s = columns_of(read_table(frames), ["time_s"])[:1, 0]
+    time_s, burst = sampled_s(columns_of(table, ["time_s"])[:, 0] - first_s)
     if burst > 1:
         logging.info("%s: its stamps in bursts of %.0f samples, which were spread", path, burst)
     return table.assign(time_s=time_s)

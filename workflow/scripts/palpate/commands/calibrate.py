@@ -19,7 +19,9 @@ from palpate.capture.curves.columns import DEPTH, FORCE, column_of, numbers_of
 from palpate.capture.curves.export import read_export
 from palpate.capture.devices import read_device
 from palpate.capture.discover import BACKGROUND
+from palpate.capture.experiments import check_hand_eye, check_tracked, read_marker
 from palpate.capture.files import write_text
+from palpate.capture.poses import POSES
 from palpate.capture.tables import FRAMES, WRENCH_COLUMNS, columns_of, read_force, read_table
 from palpate.commands import calibrate_camera
 from palpate.commands.help import add_columns, add_verb, sure
@@ -29,11 +31,12 @@ from palpate.units import MILLIMETRES, MILLINEWTONS
 from palpate.vision.calibrated_probe import FARTHEST_M, with_tip_at
 from palpate.vision.compliance import Compliance, digits, find_compliance, recorded_press
 from palpate.vision.follow import board_followed
+from palpate.vision.hand_eye import recorded_hand_eye
 from palpate.vision.marker import board_of
 from palpate.vision.options import Force, ProbePose
 from palpate.vision.payload import BIAS_N, BIAS_NM, CENTRE, Payload, find_payload
 from palpate.vision.pivot import Pivot, find_pivot, recorded_pivot
-from palpate.vision.pose_files import read_poses, turns_of
+from palpate.vision.pose_files import BASE_UP, stated_poses, tracked_table, turns_of
 from palpate.vision.probe import marker_from_tip, marker_transforms
 from palpate.vision.static_poses import StaticPoses, static_poses
 from palpate.vision.support_plane import read_plane
@@ -45,7 +48,8 @@ record the target, and tilt the handle by 30 degrees to all sides, for 200 frame
 It takes a recording (a folder with frames.csv) with the files of sensor and target or probe;
 a table of poses as probe_pose.csv has them (marker_qx, marker_qy, marker_qz, marker_qw,
 marker_x_m, marker_y_m, marker_z_m, camera from target); or a folder of text files with a matrix of
-4 x 4 numbers in each. Frames that are off are named and left out.
+4 x 4 numbers in each. Frames that are off are named and left out. A recording with
+probe_poses.csv, of a robot or a tracker, needs no target and no sensor.
 """
 LOAD = """\
 Find mass and centre of mass of the force sensor's payload, its offsets, and how it is turned
@@ -57,6 +61,8 @@ or a table with a row for each pose: the target's rotation as probe_pose.csv has
 marker_qy, marker_qz, marker_qw) and the mean wrench (fx_n, fy_n, fz_n, tx_nm, ty_nm, tz_nm).
 The vertical is the table's that a recording's background/ shows or a support_plane.json states
 (--plane), or given in the camera's frame (--up), whose x points right, y down and z away.
+With the poses of a robot or a tracker, probe_poses.csv, it is z of their base frame unless --up
+says another; they need no target and no sensor.
 """
 STIFFNESS = """\
 Find the probe's compliance between target and ball, along its axis: press the ball on something
@@ -65,6 +71,13 @@ It takes a recording (a folder with frames.csv and force.csv) with the files of 
 or a table in the order of time, as palpate hertz reads curves: how far the tip went along the
 probe's axis by the target's poses (depth_m, growing in the indentation, from any offset), and the
 force along it (force_n), at the same moments. Units stand in the names of the columns.
+With the poses of a robot or a tracker, probe_poses.csv, a recording needs no target and no sensor.
+"""
+HAND_EYE = """\
+Find where a camera that stands is in the base frame of a robot or a tracker: fix a target to the
+flange or to what is tracked, and record it in twelve poses or more, at rest or moving slowly, that
+tilt by 30 degrees to all sides. It takes a recording with frames.csv, images and probe_poses.csv,
+and the files of the sensor and of the target (target.yaml in the recording, or --board).
 """
 # Of a probe's file, beside its target.
 TRANSFORMS = ("marker_from_force", "force_from_tip")
@@ -84,7 +97,8 @@ def _calibrate(part: Callable[..., Found], options: argparse.Namespace) -> None:
     if not source.exists():
         expected = "a recording, a table or a folder" if part is _tip else "a recording or a table"
         raise ValueError(f"{source}: source: expected {expected}, found none")
-    if part is not _tip and source.is_dir() and not (source / FRAMES).is_file():
+    recorded = any((source / name).is_file() for name in (FRAMES, POSES))
+    if part is not _tip and source.is_dir() and not recorded:
         raise ValueError(f"{source}: frames.csv: expected a recording's, found none")
     with _naming(options):
         lines, fields = part(options, _probe(options))
@@ -95,17 +109,20 @@ def _calibrate(part: Callable[..., Found], options: argparse.Namespace) -> None:
 
 
 def _tip(options: argparse.Namespace, probe: Mapping) -> Found:
-    source, lost = options.source, []
-    recorded = (source / FRAMES).is_file()
+    source, lost, tracked = options.source, [], (options.source / POSES).is_file()
+    recorded = tracked or (source / FRAMES).is_file()
     if options.unit != "m" and (recorded or source.is_file()):
         expected = "one for text files alone (a table's columns say theirs, a recording has metres)"
         raise ValueError(f"--unit: expected {expected}, found {options.unit}")
     if recorded:
         table, sensor = _recording(options, probe, check_images)
         names, poses = [f"frame {k}" for k in table["frame"]], marker_transforms(table)
-        found = recorded_pivot(poses, names, board_of(probe["marker"]), sensor["color"])
+        if tracked:
+            found = find_pivot(poses, names, by_camera=False)
+        else:
+            found = recorded_pivot(poses, names, board_of(probe["marker"]), sensor["color"])
     else:
-        names, poses, lost = read_poses(source, options.unit)
+        names, poses, lost = stated_poses(source, options.unit)
         found = find_pivot(poses, names)
     lines = [f"{source}: {len(names)} poses, {found.kept.sum()} count", *_tip_lines(found)]
     if lost:
@@ -189,6 +206,35 @@ def _load_blocks(found: Payload, stated: Sequence | None) -> Iterator[str]:
     yield f"axes_std_rad: {found.axes_std_rad:.1e} # the table is level to 0.5 degrees"
 
 
+def _hand_eye(options: argparse.Namespace, probe: Mapping) -> Found:
+    source, sensor = options.source, _sensor(options)
+    if lines := check_hand_eye(source, sensor, has_target=not probe):
+        raise ValueError("\n".join(lines))
+    found = recorded_hand_eye(source, sensor, probe["marker"] if probe else read_marker(source))
+    count = found.poses - len(found.left_out_m)
+    clock = sure(found.clock_offset_s * 1e3, found.clock_offset_std_s * 1e3)
+    shift = _sure(
+        found.camera_from_base[:3, 3], np.sqrt(np.diag(found.covariance)[3:]), MILLIMETRES
+    )
+    turn = ", ".join(f"{value:.1f}" for value in found.turn_deg)
+    lines = [
+        f"{source}: {found.poses} poses, {count} count",
+        f"  base {shift} mm in the camera's frame",
+        f"  turned by {turn} degrees (root mean square, of three directions)",
+        f"  residual: {found.residual_px:.2f} px (root mean square, errors of the poses included)",
+        f"  the poses' clock is {clock} ms ahead of the camera's",
+        *(f"  left out: {k}: {v * MILLIMETRES:.1f} mm off" for k, v in found.left_out_m.items()),
+        *(f"  warning: {line}" for line in found.warnings),
+        f"  {found.verdict}",
+        "base:",
+        "  camera_from_base:",
+        *(f"    - [{', '.join(f'{x:.9f}' for x in row)}]" for row in found.camera_from_base),
+        "  covariance:",
+        *(f"    - [{', '.join(f'{x:.4e}' for x in row)}]" for row in found.covariance),
+    ]
+    return lines, found.fields(sensor["sensor"])
+
+
 def _stiffness(options: argparse.Namespace, probe: Mapping) -> Found:
     source, warned, contact = options.source, (), {"contact_n": options.contact_n}
     if not (isfinite(options.contact_n) and options.contact_n >= 0):
@@ -267,7 +313,7 @@ def _naming(options: argparse.Namespace) -> Iterator[None]:
 
 
 def _probe(options: argparse.Namespace) -> Mapping:
-    """A file with a block ``marker``; name, transforms and ``gauge`` where filled in."""
+    """A file with a block ``marker`` or ``tracked``; name, transforms, ``gauge`` if filled in."""
     from palpate.workflow.options import partly
 
     path = options.board
@@ -277,12 +323,15 @@ def _probe(options: argparse.Namespace) -> Mapping:
     if not isinstance(content, Mapping):
         raise ValueError(f"{path}: content: expected a block marker, found none")
     board = {"marker": content["marker"]} if "marker" in content else dict(content)
-    TargetFile.read(board, str(path))
-    known = ("probe", *TRANSFORMS, "gauge")
+    stated = {}
+    if "marker" in content or "tracked" not in content:
+        TargetFile.read(board, str(path))
+        stated = TargetFile.plain(board)
+    known = ("probe", "tracked", *TRANSFORMS, "gauge")
     filled = {k: content[k] for k in known if k in content and not blank_fields(content[k])}
     if lines := problems(partly(ProbeSpec), filled, str(path)):
         raise ValueError("\n".join(lines))
-    return TargetFile.plain(board) | filled
+    return stated | filled
 
 
 def _sensor(options: argparse.Namespace) -> Mapping:
@@ -303,8 +352,16 @@ def _sensor(options: argparse.Namespace) -> Mapping:
 def _recording(
     options: argparse.Namespace, probe: Mapping, check: Callable
 ) -> tuple[pd.DataFrame, Mapping]:
-    """Poses of the target in the frames of a recording that show it, and the sensor's file."""
-    source, sensor = options.source, _sensor(options)
+    """Poses of the target in the frames of a recording that show it, and the sensor's file.
+
+    Or the poses of a record in their base frame, and no sensor.
+    """
+    source = options.source
+    if (source / POSES).is_file():
+        if lines := check_tracked(source, has_force=check is check_capture):
+            raise ValueError("\n".join(lines))
+        return tracked_table(source, probe), {}
+    sensor = _sensor(options)
     if not probe:
         raise ValueError(f"--board: expected the file of what {source} shows, found none")
     if lines := check(source, sensor):
@@ -313,8 +370,12 @@ def _recording(
 
 
 def _up(options: argparse.Namespace) -> NDArray:
-    """Upwards, camera frame, (3,)."""
-    empty = options.source / BACKGROUND
+    """Upwards, in the frame of the poses: the camera's, or their base, (3,)."""
+    empty, tracked = options.source / BACKGROUND, (options.source / POSES).is_file()
+    if tracked and options.plane is not None:
+        raise ValueError(f"--plane: expected none, or --up in the base frame of {POSES}, found one")
+    if tracked and options.up is None:
+        return BASE_UP
     if options.up is None and options.plane is None and empty.is_dir():
         from palpate.vision.clouds import table_of
         from palpate.workflow.options import Config
@@ -352,9 +413,11 @@ def add(commands: Any) -> None:
     tip.add_argument("--unit", choices=("m", "cm", "mm"), default="m", help="of text files")
     load = _part(parts, "load", "payload of the force sensor", _load, LOAD,
         "poses.csv --up 0 -0.7 -0.7 --board probes/ball.yaml")  # fmt: skip
-    up = "upwards, in the camera's frame"
+    up = "upwards, in the camera's frame, or in the base frame of probe_poses.csv"
     load.add_argument("--up", nargs=3, type=float, metavar=("X", "Y", "Z"), help=up)
     load.add_argument("--plane", type=Path, metavar="FILE", help="support_plane.json of the table")
+    _part(parts, "hand-eye", "a camera in a robot's base frame", _hand_eye, HAND_EYE,
+        "hand_eye --sensor sensors/d435.yaml --output hand_eye.json")  # fmt: skip
     stiffness = _part(
         parts, "stiffness", "what the probe gives way by", _stiffness, STIFFNESS, "press.csv"
     )
@@ -372,6 +435,6 @@ def _part(
     verb.add_argument("--sensor", type=Path, metavar="FILE", help="sensor's YAML, of a recording")
     board = "YAML with a block marker, as palpate board prints or a probe's file has"
     verb.add_argument("--board", type=Path, metavar="FILE", help=board)
-    written = f"write {name}.json there too"
+    written = f"write {name.replace('-', '_')}.json there too"
     verb.add_argument("--output", type=Path, metavar="FILE", help=written)
     return verb

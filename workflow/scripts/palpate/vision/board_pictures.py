@@ -1,19 +1,32 @@
 """Pictures of a target in folders, as people keep them: one folder for each camera."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
+from palpate.capture.images import Stream, grey
+from palpate.capture.poses import PoseRecord, read_poses
+from palpate.capture.tables import read_frames
+from palpate.config.sensor import said_of_base
 from palpate.vision.board import FlatBoard
+from palpate.vision.camera import camera_from_spec
+from palpate.vision.hand_eye_problem import Views
+from palpate.vision.marker import CornerFollower
+from palpate.vision.pose import candidate_poses, settle
 from palpate.yaml_files import one_line
 
 ENDINGS = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
 # Of pictures of 16 bits, the share that may be brighter than white: glints.
 GLINTS_PERCENT = 99.5
+# Frames show one pose if it changes by less, and none in a gap of the record of poses.
+SAME_M, SAME_RAD, LARGEST_GAP_S = 0.001, 0.003, 0.5
+# Half the time of a speed; how far off their pose corners are at most, if the file does not say.
+SPEED_S, THRESHOLD_PX = 0.1, 0.5
 
 
 @dataclass(frozen=True)
@@ -101,8 +114,8 @@ def board_in(
         If none shows the target.
     """
     corners, missing = {}, {}
-    for view, grey in images.items():
-        found = board.find(grey)
+    for view, image in images.items():
+        found = board.find(image)
         if found is None:
             missing[view] = "the target was not found"
         else:
@@ -132,3 +145,87 @@ def _grey(image: NDArray) -> NDArray:
         return image
     white = max(float(np.percentile(image, GLINTS_PERCENT)), 1.0)
     return np.clip(image * (255 / white), 0, 255).astype(np.uint8)
+
+
+def tracked_views(folder: str | Path, sensor: Mapping, board: FlatBoard) -> Views:
+    """Find a target on a tracked frame in the reference camera's images of a recording.
+
+    Of frames in which the tracked frame stays, corners and poses are averaged.
+
+    Parameters
+    ----------
+    folder : path
+        With frames.csv, images and probe_poses.csv.
+    sensor : mapping
+        The sensor's file, whose block ``base`` may say how well poses are known.
+    board : FlatBoard
+
+    Raises
+    ------
+    ValueError
+        If no frame with a pose shows the target.
+    """
+    camera, follow = camera_from_spec(sensor["color"]), CornerFollower(board)
+    noise_m, noise_rad = (said_of_base(sensor, name) for name in ("pose_std_m", "pose_std_rad"))
+    record = read_poses(folder)
+    record = replace(record, std_m=np.where(np.isfinite(record.std_m), record.std_m, noise_m))
+    none = np.full((len(board.points_m), 2), np.nan)
+    found = [follow(grey(image)) for image in Stream(folder, sensor)]
+    follow.require_right()
+    corners = np.array([none if one is None else one for one in found])
+    time_s = read_frames(folder)["time_s"].to_numpy(float)
+    inside = np.clip(time_s, *record.time_s[[0, -1]])
+    poses, std_m = record.at(inside, largest_gap_s=LARGEST_GAP_S)
+    usable = np.isfinite(corners).any(axis=(1, 2)) & np.isfinite(poses).all(axis=(1, 2))
+    rests = _rests(poses, np.flatnonzero(usable & (inside == time_s)))
+    means = [_mean(corners[rest]) for rest in rests]
+    limit_px = (sensor.get("marker") or {}).get("reprojection_threshold_px", THRESHOLD_PX)
+    placed = settle([candidate_poses(one, camera, board, threshold_px=limit_px) for one in means])
+    kept = [k for k, pose in enumerate(placed) if pose]
+    if not kept:
+        expected = "the target in frames with a pose"
+        raise ValueError(f"{folder}: marker: expected {expected}, found none of {len(time_s)}")
+    seen, rests = np.array([placed[k].camera_from_marker for k in kept]), [rests[k] for k in kept]
+    means = np.array([means[k] for k in kept])
+    for pose, one in zip(seen, means, strict=True):
+        off_px = camera.project(board.points_m @ pose[:3, :3].T + pose[:3, 3]) - one
+        one[np.linalg.norm(off_px, axis=1) > limit_px] = np.nan
+    tracked = np.array([poses[rest].mean(axis=0) for rest in rests])
+    tracked[:, :3, :3] = Rotation.from_matrix(tracked[:, :3, :3]).as_matrix()
+    std = np.array([[noise_rad] * 3 + [std_m[rest].max()] * 3 for rest in rests])
+    names = [f"frames {rest[0]} to {rest[-1]}" for rest in rests]
+    speed = _speeds(record, np.array([time_s[rest].mean() for rest in rests]))
+    return Views(np.array(names), means, seen, tracked, std, speed)
+
+
+def _rests(poses: NDArray, usable: NDArray) -> list[NDArray]:
+    """Numbers of neighbouring frames, of those usable, in which the tracked frame stays."""
+    parts, first = [], None
+    for k in usable:
+        if first is not None:
+            step = np.linalg.inv(poses[first]) @ poses[k]
+            turn_rad = Rotation.from_matrix(step[:3, :3]).magnitude()
+            if np.linalg.norm(step[:3, 3]) <= SAME_M and turn_rad <= SAME_RAD:
+                parts[-1].append(k)
+                continue
+        parts.append([first := k])
+    return [np.array(part) for part in parts]
+
+
+def _mean(corners: NDArray) -> NDArray:
+    """Mean corners of frames (f, n, 2), NaN for those that half of the frames do not show."""
+    shown = np.isfinite(corners[..., 0]).sum(axis=0)[:, None]
+    mean = np.nansum(corners, axis=0) / np.maximum(shown, 1)
+    return np.where(2 * shown >= len(corners), mean, np.nan)
+
+
+def _speeds(record: PoseRecord, time_s: NDArray) -> NDArray:
+    """Turn and shift in a second (n, 6), base frame; 0 where poses stand alone."""
+    ends = [np.clip(time_s + step, *record.time_s[[0, -1]]) for step in (-SPEED_S, SPEED_S)]
+    before, after = (record.at(end, largest_gap_s=LARGEST_GAP_S)[0] for end in ends)
+    speed = np.zeros((len(time_s), 6))
+    known = np.isfinite(before + after).all(axis=(1, 2))
+    turns = after[known, :3, :3] @ before[known, :3, :3].transpose(0, 2, 1)
+    speed[known, :3] = Rotation.from_matrix(turns).as_rotvec()
+    speed[known, 3:] = (after - before)[known, :3, 3]
+    return speed / np.maximum(ends[1] - ends[0], SPEED_S)[:, None]

@@ -157,12 +157,14 @@ def fit_pivot(camera_from_marker: NDArray, kept: NDArray | None = None) -> Pivot
     kept = np.ones(len(camera_from_marker), dtype=bool) if kept is None else kept
     (tip, pivot), off, by_frame = _fit(camera_from_marker, kept)
     parts, count = np.einsum("inj,nj->ni", by_frame[0], off), kept.sum()
-    covariance = parts.T @ parts * _alike(off[kept]) * count / (count - 2)
-    turn = _turns(camera_from_marker[kept, :3, :3])[0]
+    covariance = parts.T @ parts * alike(off[kept]) * count / (count - 2)
+    turn = turned(camera_from_marker[kept, :3, :3])[0]
     return Pivot(tip, covariance, pivot, off, kept, np.degrees(turn))
 
 
-def find_pivot(camera_from_marker: NDArray, names: Sequence[str]) -> Pivot:
+def find_pivot(
+    camera_from_marker: NDArray, names: Sequence[str], *, by_camera: bool = True
+) -> Pivot:
     """The tip by Huber's loss, then least squares of the frames that are within it.
 
     A frame is left out whose residual is longer than six times the median.
@@ -173,6 +175,8 @@ def find_pivot(camera_from_marker: NDArray, names: Sequence[str]) -> Pivot:
         Poses of the target in the order of time.
     names : sequence of str
         What errors call the frames.
+    by_camera : bool, optional
+        Whether the poses' frame is a camera's, which is farther from the target than the tip.
 
     Raises
     ------
@@ -187,7 +191,7 @@ def find_pivot(camera_from_marker: NDArray, names: Sequence[str]) -> Pivot:
     kept = _inliers(camera_from_marker, names)
     found = fit_pivot(camera_from_marker, kept)
     _check_turn(camera_from_marker[kept, :3, :3])
-    _check_place(found)
+    _check_place(found, by_camera=by_camera)
     _check_rest(camera_from_marker[kept], [names[k] for k in np.flatnonzero(kept)])
     _check_residual(found.rms_m)
     return found
@@ -209,9 +213,7 @@ def recorded_pivot(
     """
     found, camera = find_pivot(camera_from_marker, names), camera_from_spec(spec)
     moved = tip_by_optics(camera_from_marker[found.kept], found.tip_m, board, camera)
-    spread = spec.get("covariance")
-    spread = stated_covariance(camera) if spread is None else np.array(spread, dtype=float)
-    part = moved @ spread @ moved.T
+    part = moved @ optics_covariance(spec) @ moved.T
     return replace(found, covariance=found.covariance + part, optics_covariance=part)
 
 
@@ -226,6 +228,12 @@ def tip_by_optics(
     placed = by_turn(camera_from_marker[:, :3, :3] @ tip_m) @ each[:, :3] + each[:, 3:]
     by_frame = _fit(camera_from_marker, np.ones(len(each)))[2]
     return -np.einsum("inj,njk->ik", by_frame[0], placed)
+
+
+def optics_covariance(spec: Mapping) -> NDArray:
+    """Covariance of the optics of a sensor's ``color`` block, calibrated or stated, (9, 9)."""
+    known = spec.get("covariance")
+    return stated_covariance(camera_from_spec(spec)) if known is None else np.array(known, float)
 
 
 def stated_covariance(camera: PinholeCamera) -> NDArray:
@@ -282,7 +290,7 @@ def _inliers(poses: NDArray, names: Sequence[str]) -> NDArray:
     return kept
 
 
-def _turns(rotations: NDArray) -> tuple[NDArray, NDArray]:
+def turned(rotations: NDArray) -> tuple[NDArray, NDArray]:
     """Root mean square turn of the target's directions [rad], the least first, and those as rows.
 
     A direction about which the handle alone turned stays where it is, and the tip's place along it
@@ -293,20 +301,23 @@ def _turns(rotations: NDArray) -> tuple[NDArray, NDArray]:
     return sizes[::-1] / np.sqrt(len(rotations)), directions[::-1]
 
 
-def _alike(off: NDArray) -> float:
-    """How many neighbouring frames err as one: of a camera that errs as the target tilts, many."""
+def alike(off: NDArray, least: float = LEAST_SHARED) -> float:
+    """How many neighbouring frames err as one: of a camera that errs as the target tilts, many.
+
+    Correlations below the least are taken for chance.
+    """
     count, square = len(off), max((off**2).mean(), SETTLED_M**2)
     total = 1.0
     for lag in range(1, count // 3):
         shared = (off[lag:] * off[:-lag]).mean() / square
-        if shared < LEAST_SHARED:
+        if shared < least:
             break
         total += 2 * shared
     return min(total, count / MOST_STRETCHES)
 
 
 def _check_turn(rotations: NDArray) -> None:
-    turn, directions = _turns(rotations)
+    turn, directions = turned(rotations)
     least, middle, _ = np.degrees(turn)
     if least >= LEAST_TURN_DEG:
         return
@@ -324,7 +335,7 @@ def _check_turn(rotations: NDArray) -> None:
     )
 
 
-def _check_place(found: Pivot) -> None:
+def _check_place(found: Pivot, *, by_camera: bool) -> None:
     """Reject a tip that no handle has; of inverted poses tip and pivot change places."""
     away_m, camera_m = float(np.linalg.norm(found.tip_m)), float(np.linalg.norm(found.pivot_m))
     if away_m > FARTHEST_TIP_M:
@@ -332,7 +343,7 @@ def _check_place(found: Pivot) -> None:
             f"poses: expected the tip within {FARTHEST_TIP_M:g} m of the board, found it"
             f" {away_m:.3g} m away (unit of the poses?)"
         )
-    if away_m > camera_m:
+    if by_camera and away_m > camera_m:
         raise ValueError(
             f"poses: expected the tip nearer to the board than to the camera, found it"
             f" {away_m * MILLIMETRES:.0f} and {camera_m * MILLIMETRES:.0f} mm away (camera from"
@@ -357,15 +368,15 @@ def _check_rest(poses: NDArray, names: Sequence[str]) -> None:
     # What comes before a while at the recording's end is a while too.
     for first, last in combinations(edges[:-1], 2):
         inside = (np.arange(count) >= first) & (np.arange(count) < last)
-        turns = poses[:, :3, :3].copy()
+        rotations = poses[:, :3, :3].copy()
         for part in (inside, ~inside):
-            turns[part] -= turns[part].mean(axis=0)
-        if np.degrees(_turns(turns)[0][0]) < LEAST_TURN_DEG:
+            rotations[part] -= rotations[part].mean(axis=0)
+        if np.degrees(turned(rotations)[0][0]) < LEAST_TURN_DEG:
             continue
         (_, rest, here), off, by_frame = _fit(poses, np.ones(count), inside)
         apart = float(np.linalg.norm(here - rest))
         noise = max(float(np.sqrt((off**2).sum() / (count - 3))), SETTLED_M)
-        std = noise * np.sqrt(_alike(off) * ((by_frame[2] - by_frame[1]) ** 2).sum() / 3)
+        std = noise * np.sqrt(alike(off) * ((by_frame[2] - by_frame[1]) ** 2).sum() / 3)
         most = max(noise * LEAST_APART, SURE * float(std))
         whiles.append((apart / most, apart, noise, names[first], names[last - 1]))
     ratio, apart, noise, first, last = max(whiles, default=(0.0,) * 5)

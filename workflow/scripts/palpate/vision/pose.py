@@ -90,8 +90,8 @@ def candidate_poses(
         turn, shift = cv2.solvePnPRefineLM(points, corners, *lens, turn, shift, REFINE_STOP)
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = cv2.Rodrigues(turn)[0], shift.ravel()
-        projected, by_pose, _ = _projected(points, pose, camera)
-        square = ((projected - corners) ** 2).sum()
+        pixels, by_pose, _ = projected(points, pose, camera)
+        square = ((pixels - corners) ** 2).sum()
         # RANSAC leaves out the worst corners, and a few say little: never below what corners have.
         variance = max(square / (2 * len(points) - 6), CORNER_NOISE_PX**2)
         covariance = variance * np.linalg.inv(by_pose.T @ by_pose)
@@ -176,7 +176,7 @@ def corner_cofactor(points_m: NDArray, pose: NDArray, camera: PinholeCamera) -> 
         camera_from_marker.
     camera : PinholeCamera
     """
-    _, by_pose, _ = _projected(points_m, pose, camera)
+    _, by_pose, _ = projected(points_m, pose, camera)
     return np.linalg.inv(by_pose.T @ by_pose)
 
 
@@ -187,11 +187,11 @@ def pose_by_optics(points_m: NDArray, pose: NDArray, camera: PinholeCamera) -> N
     cy_px, k1, k2, p1, p2, k3, the corners staying where they are seen; see `corner_cofactor` for
     the parameters.
     """
-    _, by_pose, by_optics = _projected(points_m, pose, camera)
+    _, by_pose, by_optics = projected(points_m, pose, camera)
     return -np.linalg.lstsq(by_pose, by_optics, rcond=None)[0]
 
 
-def _projected(
+def projected(
     points_m: NDArray, pose: NDArray, camera: PinholeCamera
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Corners (n, 2) [px], and their derivatives by the pose (2n, 6) and by the optics (2n, 9)."""

@@ -1,5 +1,6 @@
-"""Poses of a board as other programs or a run's probe_pose.csv state them."""
+"""Poses of a target or a tracked frame as other programs or a run's probe_pose.csv state them."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -7,15 +8,43 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from palpate.capture.poses import POSES, read_poses
 from palpate.capture.tables import columns_of, read_table
-from palpate.vision.probe import MARKER, QUATERNION
+from palpate.vision.probe import MARKER, QUATERNION, marker_columns
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 # Files are rounded by whoever writes them.
 TOLERANCE = 1e-3
+# An operator's probe changes its pose by little in it; a robot's record says more often.
+STEP_S = 0.03
+# Upwards in a base frame, unless another direction is given.
+BASE_UP = np.array([0.0, 0.0, 1.0])
 
 
-def read_poses(source: Path, unit: str = "m") -> tuple[list[str], NDArray, list[str]]:
+def tracked_table(folder: str | Path, probe: Mapping) -> pd.DataFrame | None:
+    """Poses of probe_poses.csv in a folder, as `palpate.vision.follow.board_followed` has them.
+
+    They are of the tracked frame in the base frame, not those of a target in a camera's; of a
+    record with more than some thirty in a second not all. None where there is no such file.
+
+    Raises
+    ------
+    ValueError
+        If they are of another frame than the probe's file names, or as `read_poses` does.
+    """
+    if not (Path(folder) / POSES).is_file():
+        return None
+    record = read_poses(folder)
+    if record.tracked and probe.get("tracked", record.tracked) != record.tracked:
+        found = f"expected {probe['tracked']}, as the probe's file has it, found {record.tracked}"
+        raise ValueError(f"{Path(folder) / POSES}: tracked: {found} (poses of another tool?)")
+    step = max(1, int(STEP_S / np.median(np.diff(record.time_s))))
+    poses = marker_columns(record.base_from_tracked[::step])
+    rows = {"frame": range(0, len(record.time_s), step), "time_s": record.time_s[::step]}
+    return pd.DataFrame(rows).assign(detected=1).join(poses)
+
+
+def stated_poses(source: Path, unit: str = "m") -> tuple[list[str], NDArray, list[str]]:
     """Names and poses camera_from_marker (n, 4, 4) of a folder of matrices, or of a table.
 
     Trackers write no numbers, or zeros, where they lost their target: the third are the names of

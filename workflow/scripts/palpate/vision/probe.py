@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.capture.images import demosaic, grey
 from palpate.capture.poses import LARGEST_GAP_S, PoseRecord
-from palpate.config.sensor import CALIBRATION, BaseSpec
+from palpate.config.sensor import CALIBRATION, said_of_base
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.kalman import filter_tip
@@ -150,10 +150,8 @@ def placed_poses(record: PoseRecord, time_s: NDArray, base: Mapping) -> list[Mar
             "base.camera_from_base: expected the hand_eye.json that the sensor's file asks for,"
             " found none"
         )
-    noise_m, noise_rad = (
-        base.get(name, BaseSpec.model_fields[name].default)
-        for name in ("pose_std_m", "pose_std_rad")
-    )
+    known = {"base": base}
+    noise_m, noise_rad = (said_of_base(known, name) for name in ("pose_std_m", "pose_std_rad"))
     record = replace(record, std_m=np.where(np.isfinite(record.std_m), record.std_m, noise_m))
     poses, std_m = record.at(time_s, largest_gap_s=LARGEST_GAP_S)
     return [
