@@ -152,7 +152,6 @@ FOLDER = "expected a folder with rgb.txt and depth.txt, found .*film.bag$"
         ),
         (["--intrinsics", "60", "60", "32", "24"], f"^--intrinsics: {FOLDER}"),
         (LENS, f"^--distortion: {FOLDER}"),
-        (["--depth-factor", "1000"], f"^--depth-factor: {FOLDER}"),
     ],
 )
 def test_options_that_do_not_fit_a_bag(options, line, film, tmp_path, capsys):
@@ -171,8 +170,10 @@ def test_options_that_do_not_fit_a_bag(options, line, film, tmp_path, capsys):
             ["--intrinsics", "60", "60", "32", "nan"],
             "--intrinsics: expected finite numbers, found 60 60 32 nan",
         ),
-        (["--depth-factor", "0"], "--depth-factor: expected a number above 0, found 0.0"),
-        (["--depth-unit", "1"], "--depth-unit: expected --depth-factor for rgb.txt, found 1"),
+        (
+            ["--depth-unit", "0"],
+            "--depth-unit: expected between a micrometre and a metre, found 0 m",
+        ),
     ],
 )
 def test_options_that_do_not_fit_a_folder(options, line, film, tmp_path, capsys):

@@ -4,7 +4,7 @@ Messages are read as the types that ROS itself defines, never as the bag defines
 definitions would become code.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from rosbags import rosbag1, rosbag2
 from rosbags.interfaces import Connection, TopicInfo
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from palpate.capture.importing.recording import mismatch, shown
+from palpate.capture.importing.recording import NANOSECONDS, mismatch, shown
 
 IMAGE = "sensor_msgs/msg/Image"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
@@ -38,6 +38,7 @@ ROS1_TYPES = {
     TRANSFORMS: "geometry_msgs/TransformStamped[] transforms",
 }
 ENDINGS = (".bag", ".mcap", ".db3")
+MOST_SHOWN = 8
 
 
 class Bag:
@@ -183,3 +184,36 @@ def _check_ros2(path: Path) -> None:
     if str(mode).lower() not in ("none", "storage"):
         expected = "none (ros2 bag convert makes such a bag)"
         raise mismatch(f"{metadata}: compression_mode", expected, shown(mode))
+
+
+def held(bag: Bag, others: Sequence[str] = ()) -> str:
+    """What is found where there is no such image: others, or topics of other types."""
+    if others:
+        return f"none but {others[0]}"
+    held = [f"{shown(name)} of {shown(topic.msgtype)}" for name, topic in bag.topics().items()]
+    more = len(held) - MOST_SHOWN
+    rest = f" and {more} other{'s' if more > 1 else ''}" if more > 0 else ""
+    return f"none (it holds {', '.join(held[:MOST_SHOWN]) or 'no messages'}{rest})"
+
+
+def chosen(
+    bag: Bag, what: str, found: list[str], asked: str | None, kind: str, none: str = "none"
+) -> str:
+    """The topic that was asked for, or the only one."""
+    if asked in found or (not asked and len(found) == 1):
+        return asked or found[0]
+    listed = ", ".join(map(shown, found)) or none
+    if asked:
+        held = bag.topics().get(asked)
+        here = f"{held.msgtype} that can't serve" if held else "no such topic"
+        raise mismatch(f"{bag.path}: --{what} {shown(asked)}", f"a topic of {kind}: {listed}", here)
+    which = f", named by --{what}" if found else ""
+    raise mismatch(f"{bag.path}: {what}", f"one topic of {kind}{which}", listed)
+
+
+def stamp_ns(message: Any, received_ns: int) -> int:
+    """Stamp of a message [ns]; of one without a header, its time of receipt."""
+    if not hasattr(message, "header"):
+        return received_ns
+    stamp = message.header.stamp
+    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)

@@ -3,7 +3,7 @@
 import argparse
 import re
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from math import inf, isfinite
 from pathlib import Path
 
@@ -17,12 +17,14 @@ from palpate.capture.discover import (
     object_fault,
     sensor_fault,
 )
+from palpate.capture.importing.bags import ENDINGS
 from palpate.capture.importing.optics import RANGE_M
-from palpate.capture.importing.recording import ForceTable, Recording, Request, mismatch
+from palpate.capture.importing.pose_files import Poses, read_pose_file
+from palpate.capture.importing.recording import ForceTable, Recording, Request, mismatch, shown
 from palpate.capture.importing.ros import SMALLEST_UNIT_M, BagRecording, read_force_bag
+from palpate.capture.importing.transforms import bag_poses
 from palpate.capture.importing.tum import (
     COLOR_LIST,
-    DEPTH_FACTOR,
     DEPTH_LIST,
     WRENCH_LIST,
     TumRecording,
@@ -37,8 +39,7 @@ from palpate.yaml_files import load_yaml
 # Recordings of a probe by itself, raw/sensors/<sensor>/<part>, and whether they have a force.
 OF_SENSORS, WITH_FORCE = NOT_OBJECTS[0], {part.recording: part.force for part in PARTS}
 RAW = "raw"
-# Options for folders with rgb.txt, and what they are if not given.
-OF_FOLDERS = {"intrinsics": None, "distortion": None, "depth_factor": DEPTH_FACTOR}
+OF_FOLDERS = ("intrinsics", "distortion")  # with rgb.txt
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -55,6 +56,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="force, by the images' clock: .csv, .txt or a bag")  # fmt: skip
     add("--force-offset", dest="force_offset_s", type=float, metavar="SECONDS", default=0.0,
         help="added to the force's times, where its clock is another")  # fmt: skip
+    add("--poses", metavar="TOPIC_OR_FILE",
+        help="of the probe: topic (/tf, PoseStamped), tracker's export or bag")  # fmt: skip
+    add("--base", metavar="FRAME", help="base frame of poses (of the sensor's file, or the root)")
+    add("--tracked", metavar="FRAME", help="tracked frame or tool (of the probe's file)")
+    add("--poses-offset", dest="poses_offset_s", type=float, metavar="SECONDS", default=0.0,
+        help="added to the poses' times, where their clock is another")  # fmt: skip
+    add("--poses-rate", dest="poses_rate_hz", type=float, metavar="HZ",
+        help="of an export that counts frames")  # fmt: skip
     add("--pairing-ms", type=float, metavar="MS",
         help="how far apart a frame's images may be (half a frame if not given)")  # fmt: skip
     for name in ("color", "depth", "wrench", "color-info", "depth-info"):
@@ -65,8 +74,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--range", dest="range_m", type=float, nargs=2, metavar=("NEAR_M", "FAR_M"),
         default=RANGE_M, help="of a new sensor file [m]")  # fmt: skip
     add("--depth-unit", dest="depth_unit_m", type=float, metavar="METRES",
-        help="bags: what one count of depth is [m]")  # fmt: skip
-    add("--depth-factor", type=float, default=DEPTH_FACTOR, help="rgb.txt: counts in a metre")
+        help="what one count of depth is [m]; of rgb.txt 0.0002 if not given")  # fmt: skip
     add("--intrinsics", type=float, nargs=4, metavar=("FX", "FY", "CX", "CY"),
         help="rgb.txt: of the colour camera [px], depth registered to it")  # fmt: skip
     add("--distortion", type=float, nargs=5, metavar=("K1", "K2", "P1", "P2", "K3"),
@@ -87,20 +95,55 @@ def run(options: argparse.Namespace) -> list[str]:
     if source is not None and not with_force:
         of = "with --background" if options.background else f"for {folder}"
         raise mismatch("--force", f"none {of}", source)
-    if not isfinite(options.force_offset_s):
-        raise mismatch("--force-offset", "seconds", options.force_offset_s)
+    for name in ("force", "poses"):
+        if not isfinite(offset_s := getattr(options, f"{name}_offset_s")):
+            raise mismatch(f"--{name}-offset", "seconds", offset_s)
     if options.pairing_ms is not None and not 0 < options.pairing_ms < inf:
         raise mismatch("--pairing-ms", "milliseconds above 0", f"{options.pairing_ms:g}")
     sensors = found_folder("sensors", options.sensors, folder) or PLACES["sensors"]
     own = {"folder": folder, "sensor_file": sensors / f"{sensor}.yaml"}
     given = {one.name: getattr(options, one.name) for one in fields(Request) if one.name not in own}
-    request = Request(**own, **given)
+    request, with_poses = _with_frames(Request(**own, **given))
     recording = _recording(request, force=own_force)
     if own_force and isinstance(recording, TumRecording):
         beside = request.recording / FORCE
         source = beside if beside.is_file() else request.recording / WRENCH_LIST
     force = None if source is None else _force(source, request)
-    return import_recording(recording, request, force)
+    poses = _poses(request) if with_poses and not options.background else None
+    return import_recording(recording, request, force, poses)
+
+
+def _with_frames(request: Request) -> tuple[Request, bool]:
+    """Frames of poses as the probe's and the sensor's files name them, and whether poses count."""
+    name = _stated(request.folder.parents[1] / "object.yaml").get("probe")
+    probes = found_folder("probes", None, request.folder) or PLACES["probes"]
+    probe, sensor = _stated(probes / f"{name}.yaml"), _stated(request.sensor_file)
+    asked = request.poses or request.base or request.tracked
+    counts = bool(asked or ("tracked" in probe and "marker" not in probe))
+    placed = sensor.get("base")
+    base = request.base or (placed.get("name") if isinstance(placed, Mapping) else None)
+    return replace(request, base=base, tracked=request.tracked or probe.get("tracked")), counts
+
+
+def _stated(path: Path) -> Mapping:
+    """What a file states, if it is there."""
+    content = load_yaml(path) if path.is_file() else None
+    return content if isinstance(content, Mapping) else {}
+
+
+def _poses(request: Request) -> Poses:
+    """Poses of a file beside the recording, of another bag, or of the recording itself."""
+    path, topic = request.recording, request.poses
+    if topic and Path(topic).exists():
+        path, topic = Path(topic), None
+    if topic is None and path.suffix not in ENDINGS and path.is_file():
+        poses = read_pose_file(path, request)
+    elif is_tum(path):
+        raise mismatch("--poses", "a file of poses beside rgb.txt", shown(topic) or "none")
+    else:
+        poses = bag_poses(path, topic, request)
+    time_s = poses.record.time_s + request.poses_offset_s
+    return replace(poses, record=replace(poses.record, time_s=time_s))
 
 
 def _place(options: argparse.Namespace) -> tuple[Path, str, bool]:
@@ -133,24 +176,21 @@ def _place(options: argparse.Namespace) -> tuple[Path, str, bool]:
 def _require_recorded(folder: Path) -> None:
     """Keep recordings out of an object that the virtual lab makes, and may make again."""
     path = folder.parent.parent / "object.yaml"
-    spec = load_yaml(path) if path.exists() else None
-    if isinstance(spec, Mapping) and spec.get("provenance") == "simulated":
+    if _stated(path).get("provenance") == "simulated":
         found = "simulated (the virtual lab's object: name yours differently)"
         raise mismatch(f"{path}: provenance", "recorded", found)
 
 
 def _recording(request: Request, *, force: bool) -> Recording:
     unit_m = request.depth_unit_m
-    if is_tum(request.recording):
-        if unit_m is not None:
-            raise mismatch("--depth-unit", "--depth-factor for rgb.txt", f"{unit_m:g}")
-        return TumRecording(request)
-    for name, default in OF_FOLDERS.items():
-        if getattr(request, name) != default:
-            expected = f"a folder with {COLOR_LIST} and {DEPTH_LIST}"
-            raise mismatch(f"--{name.replace('_', '-')}", expected, request.recording)
     if unit_m is not None and not SMALLEST_UNIT_M <= unit_m <= 1:
         raise mismatch("--depth-unit", "between a micrometre and a metre", f"{unit_m:g} m")
+    if is_tum(request.recording):
+        return TumRecording(request)
+    for name in OF_FOLDERS:
+        if getattr(request, name) is not None:
+            expected = f"a folder with {COLOR_LIST} and {DEPTH_LIST}"
+            raise mismatch(f"--{name}", expected, request.recording)
     return BagRecording(request, force=force)
 
 

@@ -1,10 +1,9 @@
 """Which images of a recording make the frames of a capture, by their stamps."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.check_capture import FEWEST_FRAMES
@@ -12,6 +11,7 @@ from palpate.capture.importing.recording import NANOSECONDS, Content, Stream, mi
 
 NS_PER_MS = 1_000_000
 LOWEST_FORCE_RATE_HZ = 100
+SAMPLES = {"force": "force sample", "poses": "pose"}
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Pairs:
 
 
 def frames_of(
-    content: Content, force: pd.DataFrame | None, pairing_ms: float | None
+    content: Content, covers: Mapping[str, NDArray], pairing_ms: float | None
 ) -> tuple[Pairs, list[str]]:
     """Pairs of images that make the frames, and notes on what makes none.
 
@@ -46,8 +46,9 @@ def frames_of(
     ----------
     content : Content
         What the recording holds.
-    force : DataFrame or None
-        ``time_s`` [s] by the clock of the images: frames before and after it are left out.
+    covers : mapping
+        Times [s] by the clock of the images of ``force`` and ``poses``, where there are such:
+        frames before and after them are left out.
     pairing_ms : float or None
         How far apart a frame's images may be [ms]; half a frame if None.
 
@@ -69,23 +70,23 @@ def frames_of(
         *_unpaired(color, pairs.color, f"depth image {within}", missed),
         *_unpaired(depth, pairs.depth, f"color image {within}", missed),
     ]
-    if force is None:
-        return pairs, notes
-    times_s = color.times_ns[pairs.color] / NANOSECONDS
-    start_s, end_s = force["time_s"].iloc[[0, -1]]
-    kept = (times_s >= start_s) & (times_s <= end_s)
-    if not kept.any():
-        expected = f"samples during the frames' {times_s[0]:.3f} to {times_s[-1]:.3f} s"
-        raise mismatch("force: time_s", expected, f"{start_s:.3f} to {end_s:.3f} s")
-    if not kept.all():
-        before, after = int((times_s < start_s).sum()), int((times_s > end_s).sum())
-        notes.append(f"frames: {before} before the first and {after} after the last force sample,"
-                     " left out")  # fmt: skip
-    rate_hz = (len(force) - 1) / (end_s - start_s) if end_s > start_s else 0.0
-    if rate_hz < LOWEST_FORCE_RATE_HZ:
-        notes.append(f"force: {rate_hz:.3g} samples a second; below {LOWEST_FORCE_RATE_HZ} the"
-                     " force of a frame is poorly known")  # fmt: skip
-    return replace(pairs, color=pairs.color[kept], depth=pairs.depth[kept]), notes
+    for name, known_s in covers.items():
+        times_s = color.times_ns[pairs.color] / NANOSECONDS
+        early, late = times_s < known_s[0], times_s > known_s[-1]
+        kept = ~(early | late)
+        if not kept.any():
+            expected = f"samples during the frames' {times_s[0]:.3f} to {times_s[-1]:.3f} s"
+            found = f"{known_s[0]:.3f} to {known_s[-1]:.3f} s (--{name}-offset)"
+            raise mismatch(f"{name}: time_s", expected, found)
+        if not kept.all():
+            notes.append(f"frames: {early.sum()} before the first and {late.sum()} after the last"
+                         f" {SAMPLES[name]}, left out")  # fmt: skip
+        rate_hz = (len(known_s) - 1) / max(known_s[-1] - known_s[0], 1e-9)
+        if name == "force" and rate_hz < LOWEST_FORCE_RATE_HZ:
+            notes.append(f"force: {rate_hz:.3g} samples a second; below {LOWEST_FORCE_RATE_HZ} the"
+                         " force of a frame is poorly known")  # fmt: skip
+        pairs = replace(pairs, color=pairs.color[kept], depth=pairs.depth[kept])
+    return pairs, notes
 
 
 def paired(color_ns: NDArray, depth_ns: NDArray, within_ns: float | None = None) -> Pairs:

@@ -36,26 +36,9 @@ class Request:
         ``raw/sensors/<sensor>/<part>``; must not exist.
     sensor_file : Path
         ``config/sensors/<sensor>.yaml``; made if it does not exist.
-    range_m : pair of floats
-        Nearest and farthest depth of a new sensor file [m].
-    trust_sensor_file : bool
-        Whether the optics of an existing file are right whatever the recording states.
-    force_offset_s : float
-        What brings the force's clock to that of the images [s]; it is added.
-    pairing_ms : float or None
-        How far apart a frame's colour and depth may be [ms]; half a frame if None.
-    color, depth, wrench, color_info, depth_info : str or None
-        Topics of a bag; found by their types if None.
-    registered, receive_clock : bool
-        Whether a bag's depth is known to be registered to colour, and whether a wrench without a
-        stamp may take the time of its receipt.
-    depth_unit_m : float or None
-        What one count of a bag's depth images is [m]; None if the bag states it.
-    depth_factor : float
-        Counts in a metre, of a folder with lists.
-    intrinsics, distortion : sequence of floats or None
-        fx, fy, cx, cy [px] and k1, k2, p1, p2, k3 of the colour camera, in whose frame depth is,
-        of a folder with lists.
+
+    All others are options of `palpate import`, where `command.add_options` explains them; None
+    is what was not asked for and the recording states, or is found.
     """
 
     recording: Path
@@ -64,6 +47,11 @@ class Request:
     range_m: Sequence[float]
     trust_sensor_file: bool
     force_offset_s: float
+    poses: str | None
+    base: str | None
+    tracked: str | None
+    poses_offset_s: float
+    poses_rate_hz: float | None
     pairing_ms: float | None
     color: str | None
     depth: str | None
@@ -73,7 +61,6 @@ class Request:
     registered: bool
     receive_clock: bool
     depth_unit_m: float | None
-    depth_factor: float
     intrinsics: Sequence[float] | None
     distortion: Sequence[float] | None
 
@@ -114,6 +101,8 @@ class Content:
         ``color`` and ``depth`` blocks of the sensor's file; None if the recording states none.
     notes : tuple of str
         What a person should know.
+    frame : str
+        Name of the colour camera's optical frame; empty if nothing names it.
     """
 
     color: Stream
@@ -123,6 +112,7 @@ class Content:
     force: pd.DataFrame | None
     cameras: dict | None
     notes: tuple[str, ...] = ()
+    frame: str = ""
 
 
 class Recording(Protocol):

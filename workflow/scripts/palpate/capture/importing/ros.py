@@ -1,21 +1,20 @@
 """Recordings in bags: which topics are meant, and what their messages say."""
 
 from array import array
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform, Rotation
 
-from palpate.capture.importing.bags import IMAGE, TRANSFORMS, Bag, open_bag
+from palpate.capture.importing.bags import IMAGE, Bag, chosen, held, open_bag, stamp_ns
 from palpate.capture.importing.optics import camera_block, rows
 from palpate.capture.importing.pixels import METRES, Form, form_of, pixels_of, taken
+from palpate.capture.importing.pose_files import rigid
 from palpate.capture.importing.recording import (
-    NANOSECONDS,
     Content,
     ForceTable,
     Request,
@@ -26,6 +25,7 @@ from palpate.capture.importing.recording import (
     progress,
     shown,
 )
+from palpate.capture.importing.transforms import STATIC, Tree, parts
 from palpate.units import MILLIMETRES
 
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
@@ -33,7 +33,7 @@ CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 WRENCH, WRENCH_STAMPED = "geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped"
 TRANSFORM, KEY_VALUE = "geometry_msgs/msg/Transform", "diagnostic_msgs/msg/KeyValue"
 NUMBERS = "std_msgs/msg/Float32", "std_msgs/msg/String"
-STATIC = "tf_static"
+REGISTERED = "--registered says that depth is registered to colour"
 # image_transport puts these behind the name of the plain image.
 CODECS = ("compressed", "compressedDepth")
 # Layout of the RealSense SDK's recorder: <stream>/image/data, <stream>/image/metadata (pairs of
@@ -45,7 +45,6 @@ REALSENSE_UNITS = ("/option/Depth Units/value", "/option/Depth_Units/value")
 PAIRS_OF_A_FRAME = 100
 COMPUTER_CLOCKS = "System Time", "Global Time"
 SMALLEST_UNIT_M = 1e-6
-MOST_SHOWN = 8
 
 
 class BagRecording:
@@ -66,13 +65,14 @@ class BagRecording:
             stated = sum(bag.topics()[topic].msgcount for topic in times_ns)
             messages = progress("looking", stated, bag.messages(times_ns))
             for topic, received_ns, message in messages:
-                times_ns[topic].append(_stamp_ns(message, received_ns))
+                times_ns[topic].append(stamp_ns(message, received_ns))
                 if topic == self._wrench:
                     wrench.extend(_wrench(message))
             if (count := sum(map(len, times_ns.values()))) != stated:
                 raise mismatch(f"{self._path}: messages", f"{stated}, as the bag states", count)
             notes = _clock_notes(bag, self._topics["color"])
             cameras = None if self._request.trust_sensor_file else self._cameras(bag)
+            frame = bag.first(self._topics["color"]).header.frame_id
             unit_m, said = self._request.depth_unit_m, "--depth-unit"
             if unit_m is None:
                 with named(self._path, shown(depth)):
@@ -82,7 +82,7 @@ class BagRecording:
             for topic in self._topics.values()
         )
         force, found = force_table(times_ns[self._wrench], wrench) if self._wrench else (None, ())
-        return Content(*streams, unit_m, said, force, cameras, found + notes)
+        return Content(*streams, unit_m, said, force, cameras, found + notes, frame)
 
     def pictures(self) -> Iterator[tuple[str, int, NDArray]]:
         """All images one by one; see `Recording`."""
@@ -118,10 +118,8 @@ class BagRecording:
         if realsense:
             with named(self._path, shown(self._topics["depth"])):
                 return _realsense(bag, **self._topics)
-        topics = [name for name in bag.topics(TRANSFORMS) if name.endswith(STATIC)]
-        found = [one for _, _, message in bag.messages(topics) for one in message.transforms]
         with named(self._path, STATIC):
-            return _chained(found, color, depth)
+            return Tree(bag, moving=False).path(color, depth, REGISTERED)[1][0]
 
 
 def read_force_bag(path: Path, request: Request) -> ForceTable:
@@ -130,7 +128,7 @@ def read_force_bag(path: Path, request: Request) -> ForceTable:
     with open_bag(path) as bag:
         topic = _wrench_topic(bag, request)
         for _, received_ns, message in bag.messages([topic]):
-            times_ns.append(_stamp_ns(message, received_ns))
+            times_ns.append(stamp_ns(message, received_ns))
             wrench.extend(_wrench(message))
         # Of fewer than are stated, the times say whether they are enough.
         if not times_ns:
@@ -154,28 +152,18 @@ def _image_topics(bag: Bag, request: Request) -> tuple[dict[str, str], dict[str,
     coloured = [topic for topic in found["color"] if forms[topic].stored != "mono8"]
     if coloured and not request.color:
         found["color"] = coloured
-    none = _held_instead(bag, others)
-    chosen = {
-        kind: _chosen(bag, kind, topics, getattr(request, kind), taken(kind), none)
-        for kind, topics in found.items()
+    none = held(bag, others)
+    topics = {
+        kind: chosen(bag, kind, names, getattr(request, kind), taken(kind), none)
+        for kind, names in found.items()
     }
-    return chosen, forms
-
-
-def _held_instead(bag: Bag, others: Sequence[str]) -> str:
-    """What is found where there is no such image: others, or topics of other types."""
-    if others:
-        return f"none but {others[0]}"
-    held = [f"{shown(name)} of {shown(topic.msgtype)}" for name, topic in bag.topics().items()]
-    more = len(held) - MOST_SHOWN
-    rest = f" and {more} other{'s' if more > 1 else ''}" if more > 0 else ""
-    return f"none (it holds {', '.join(held[:MOST_SHOWN]) or 'no messages'}{rest})"
+    return topics, forms
 
 
 def _wrench_topic(bag: Bag, request: Request) -> str:
     """Topic of the wrench, one with stamps where nothing else is said."""
     found = bag.topics(WRENCH_STAMPED, WRENCH)
-    name = _chosen(bag, "wrench", list(found), request.wrench, "WrenchStamped")
+    name = chosen(bag, "wrench", list(found), request.wrench, "WrenchStamped")
     if found[name].msgtype == WRENCH and not request.receive_clock:
         expected = f"{WRENCH_STAMPED} (--receive-clock takes the times of receipt)"
         raise mismatch(f"{bag.path}: {shown(name)}: type", expected, WRENCH)
@@ -186,35 +174,12 @@ def _info_topic(bag: Bag, image: str, asked: str | None) -> str | None:
     """CameraInfo that belongs to an image topic by its name."""
     infos = bag.topics(CAMERA_INFO)
     if asked:
-        return _chosen(bag, "camera_info", list(infos), asked, CAMERA_INFO)
+        return chosen(bag, "camera_info", list(infos), asked, CAMERA_INFO)
     parts = image.split("/")
     base = parts[:-1] if parts[-1] in CODECS else parts
     beside = "/".join([*base[:-1], "camera_info"])
     realsense = image.removesuffix(REALSENSE_DATA) + REALSENSE_INFO
     return next((name for name in (beside, realsense) if name in infos), None)
-
-
-def _chosen(
-    bag: Bag, what: str, found: list[str], asked: str | None, kind: str, none: str = "none"
-) -> str:
-    """The topic that was asked for, or the only one."""
-    if asked in found or (not asked and len(found) == 1):
-        return asked or found[0]
-    listed = ", ".join(map(shown, found)) or none
-    if asked:
-        held = bag.topics().get(asked)
-        here = f"{held.msgtype} that can't serve" if held else "no such topic"
-        raise mismatch(f"{bag.path}: --{what} {shown(asked)}", f"a topic of {kind}: {listed}", here)
-    which = f", named by --{what}" if found else ""
-    raise mismatch(f"{bag.path}: {what}", f"one topic of {kind}{which}", listed)
-
-
-def _stamp_ns(message: Any, received_ns: int) -> int:
-    """Stamp of a message [ns]; of one without a header, its time of receipt."""
-    if not hasattr(message, "header"):
-        return received_ns
-    stamp = message.header.stamp
-    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
 
 
 def _wrench(message: Any) -> list[float]:
@@ -229,47 +194,14 @@ def _realsense(bag: Bag, color: str, depth: str) -> NDArray:
     for image in (color, depth):
         stem = f"{image.removesuffix(REALSENSE_DATA)}/tf/"
         topics = [name for name in bag.topics(TRANSFORM) if name.startswith(stem)]
-        found.append({name.removeprefix(stem): _matrix(bag.first(name)) for name in topics})
+        stated = {name.removeprefix(stem): bag.first(name) for name in topics}
+        values = {name: [parts(one.rotation, one.translation)] for name, one in stated.items()}
+        found.append({name: rigid(np.array(one))[0] for name, one in values.items()})
     shared = sorted(found[0].keys() & found[1].keys())
     if not shared:
         raise mismatch("tf", "extrinsics of both streams", "none (see --registered)")
     color_from_shared, depth_from_shared = (one[shared[0]] for one in found)
     return color_from_shared @ np.linalg.inv(depth_from_shared)
-
-
-def _chained(transforms: Iterable[Any], target: str, source: str) -> NDArray:
-    """target_from_source by way of the TransformStamped that a recording states."""
-    steps: dict[str, list[tuple[str, NDArray]]] = defaultdict(list)
-    for one in transforms:
-        parent_from_child = _matrix(one.transform)
-        # Old ROS puts a slash before names.
-        parent, child = one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/")
-        steps[child].append((parent, parent_from_child))
-        steps[parent].append((child, np.linalg.inv(parent_from_child)))
-    waiting = [source.lstrip("/")]
-    reached = {waiting[0]: np.eye(4)}
-    while waiting:
-        here = waiting.pop()
-        for there, there_from_here in steps[here]:
-            if there not in reached:
-                reached[there] = there_from_here @ reached[here]
-                waiting.append(there)
-    if target.lstrip("/") not in reached:
-        found = "none (--registered says that depth is registered to colour)"
-        raise mismatch("frames", f"a path from frame {source} to {target}", found)
-    return reached[target.lstrip("/")]
-
-
-def _matrix(transform: Any) -> NDArray:
-    """Homogeneous (4, 4) matrix of a Transform message, translation in metres."""
-    q, t = transform.rotation, transform.translation
-    quaternion, translation = np.array([q.x, q.y, q.z, q.w]), np.array([t.x, t.y, t.z])
-    length = np.linalg.norm(quaternion)
-    if not (np.isfinite(translation).all() and abs(length - 1) < 0.01):
-        found = f"length {length:g}, {translation}"
-        raise mismatch("transform", "a unit quaternion and metres", found)
-    rotation = Rotation.from_quat(quaternion)
-    return RigidTransform.from_components(translation, rotation).as_matrix()
 
 
 def _depth_unit_m(bag: Bag, depth: str, form: Form) -> tuple[float, str]:

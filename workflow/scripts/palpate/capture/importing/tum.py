@@ -23,16 +23,14 @@ from palpate.capture.importing.recording import (
 )
 
 COLOR_LIST, DEPTH_LIST, WRENCH_LIST = "rgb.txt", "depth.txt", "wrench.txt"
-# Counts of a depth image in a metre.
-DEPTH_FACTOR = 5000.0
+# What a count of a depth image usually is [m].
+DEPTH_UNIT_M = 1 / 5000
 
 
 class TumRecording:
     """A folder with lists of colour and depth images."""
 
     def __init__(self, request: Request) -> None:
-        if not 0 < request.depth_factor < np.inf:
-            raise mismatch("--depth-factor", "a number above 0", request.depth_factor)
         if request.distortion and not request.intrinsics:
             raise mismatch("--distortion", "--intrinsics beside it", "none")
         for name in ("intrinsics", "distortion"):
@@ -54,14 +52,14 @@ class TumRecording:
 
     def survey(self) -> Content:
         """What the lists say; see `Recording`."""
-        cameras, factor = None, self._request.depth_factor
+        cameras, unit_m = None, self._request.depth_unit_m or DEPTH_UNIT_M
         if self._request.intrinsics:
             lens = self._request.intrinsics, self._request.distortion or NO_DISTORTION
             cameras = {kind: plain_block(one.form, *lens) for kind, one in self._streams.items()}
             cameras["depth"]["color_from_depth"] = rows(np.eye(4))
-        said = f"{factor:g} counts in a metre"
-        said += ", the usual: --depth-factor" if factor == DEPTH_FACTOR else ""
-        return Content(*self._streams.values(), 1 / factor, said, None, cameras)
+        said = f"{1 / unit_m:g} counts in a metre"
+        said += ", the usual: --depth-unit" if unit_m == DEPTH_UNIT_M else ""
+        return Content(*self._streams.values(), unit_m, said, None, cameras)
 
     def pictures(self) -> Iterator[tuple[str, int, NDArray]]:
         """All images one by one; see `Recording`."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import yaml
 from numpy.typing import NDArray
 
 from palpate.capture.check_capture import (
@@ -23,6 +24,7 @@ from palpate.capture.images import count_m, write_image
 from palpate.capture.importing.frames import NS_PER_MS, Pairs, frames_of
 from palpate.capture.importing.optics import sensor_of
 from palpate.capture.importing.pixels import METRES
+from palpate.capture.importing.pose_files import Poses
 from palpate.capture.importing.recording import (
     NANOSECONDS,
     Content,
@@ -32,6 +34,8 @@ from palpate.capture.importing.recording import (
     mismatch,
     progress,
 )
+from palpate.capture.importing.transforms import placed
+from palpate.capture.poses import write_poses
 from palpate.capture.tables import write_force, write_frames
 
 LARGEST_COUNT = 65535
@@ -42,7 +46,10 @@ EVERY = 4
 
 
 def import_recording(
-    recording: Recording, request: Request, force: ForceTable | None = None
+    recording: Recording,
+    request: Request,
+    force: ForceTable | None = None,
+    poses: Poses | None = None,
 ) -> list[str]:
     """Write a recording as a capture.
 
@@ -52,6 +59,8 @@ def import_recording(
     request : Request
     force : table of force.csv and notes on it, optional
         If the recording itself holds no wrench; without any, the capture has no force.
+    poses : Poses, optional
+        Of the probe, in place of a target in the images.
 
     Returns
     -------
@@ -70,11 +79,22 @@ def import_recording(
         table, notes = force or (content.force, ())
         if table is not None and request.force_offset_s:
             table = table.assign(time_s=table["time_s"] + request.force_offset_s)
-        frames, covered = frames_of(content, table, request.pairing_ms)
+        covers = {} if table is None else {"force": table["time_s"].to_numpy()}
+        covers |= {} if poses is None else {"poses": poses.record.time_s}
+        frames, covered = frames_of(content, covers, request.pairing_ms)
         times_ns = content.color.times_ns[frames.color]
         if len(times_ns) < 2:
             raise mismatch("frames", "at least 3 pairs of images", len(times_ns))
+        block, placed_so = placed(poses, content.frame) if poses else ({}, ())
+        if content.cameras and block:
+            content = replace(content, cameras=content.cameras | {"base": block})
         sensor, text = sensor_of(request, content, NANOSECONDS / np.median(np.diff(times_ns)))
+        if poses:
+            covered += [*poses.notes, *placed_so]
+            write_poses(part, poses.record)
+        if block and "base" not in sensor:
+            offered = yaml.safe_dump(block, default_flow_style=True, width=np.inf).strip()
+            raise mismatch(f"{request.sensor_file}: base", f"where it is, like {offered}", "none")
         frames, left = _write(part, recording, content, frames, sensor)
         if table is not None:
             write_force(part, table)
@@ -197,7 +217,7 @@ def _depth_notes(content: Content, beyond: int, depth_m: float, sensor: dict) ->
     if not BENCH_M[0] <= depth_m <= BENCH_M[1]:
         others = "a D405 may count 0.1 mm, an L515 0.25 mm, a folder 1000 in a metre"
         said = "depth: worth a look: few benches are so far"
-        yield f"{said}; {others} (--depth-unit, --depth-factor)"
+        yield f"{said}; {others} (--depth-unit)"
     near_m, far_m = sensor["range_m"]
     if not near_m <= depth_m <= far_m:
         yield f"depth: that is not in the sensor's range_m, {near_m:g} to {far_m:g} m"
