@@ -90,9 +90,8 @@ def test_the_tools_pose_in_the_base_frame_by_transforms(film, tmp_path, capsys):
     assert (found.base, found.tracked, len(found.time_s)) == ("base", "tool", 60)
     expected = (moving(found.time_s + 0.1) * TOOL).as_matrix()
     np.testing.assert_allclose(found.base_from_tracked, expected, rtol=0, atol=1e-6)
-    spec = read_spec(tmp_path)
+    spec, expected = read_spec(tmp_path), CAMERA.inv().as_matrix()
     assert spec["base"]["name"] == "base"
-    expected = CAMERA.inv().as_matrix()
     np.testing.assert_allclose(spec["base"]["camera_from_base"], expected, atol=1e-8)
     # To a sensor's file without a base one is offered.
     del spec["base"]
@@ -132,47 +131,22 @@ BENT = [("base", "flange", [0, 0, 0, 0.5, 0.5, 0, 0])]
 TREES = [("world", COLOR_FRAME, CAMERA), DEPTH]
 OF_TOOL = "--poses /tf --tracked tool"
 OTHER = [(POSE, k / 60, [("map", moving(k / 60))]) for k in range(9)]
+GAP = [one for one in stated() if not 0.12 < one[1] < 0.31]
+UNJOINED = (
+    "from frame flange to world, found two trees: color_.*, world; and base, flange .record what"
+)
 BAGS = {
     "no frame named": (stated(), "--poses /tf", "--tracked: expected one of the frames base, "),
-    "no such frame": (
-        stated(),
-        "--tracked gripper",
-        "film: tf: --tracked: .* base, color_optical, depth_optical, flange, tool, found gripper$",
-    ),
-    "two trees": (
-        stated(TREES),
-        "--tracked flange --base world",
-        "frames: expected a path from frame flange to world, found two trees: color_optical, "
-        r"depth_optical, world; and base, flange \(record what joins",
-    ),
-    "it stands still": (
-        stated(pose=lambda _: moving(0.0)),
-        OF_TOOL,
-        "frames: expected transforms that move tool in base, found fixed ones",
-    ),
-    "a gap": (
-        [one for one in stated() if not 0.12 < one[1] < 0.31],
-        OF_TOOL,
-        "probe_poses.csv: time_s: expected poses at most 0.1 s apart, found none from",
-    ),
+    "no such frame": (stated(), "--tracked gripper", "depth_optical, flange, tool, found gripper$"),
+    "two trees": (stated(TREES), "--tracked flange --base world", UNJOINED),
+    "it stands": (stated(pose=lambda _: moving(0.0)), OF_TOOL, "move tool in base, found fixed"),
+    "a gap": (GAP, OF_TOOL, "expected poses at most 0.1 s apart, found none from"),
     "no quaternion": ([*stated(), (TF, 0.47, BENT)], OF_TOOL, "a unit quaternion.*length 0.707"),
-    "angles of joints alone": (
-        [(JOINTS, 0.0, [])],
-        "--tracked tool",
-        "film: poses: expected /tf or PoseStamped, found /joint_states .*no kinematics.*record /tf",
-    ),
+    "joints": ([(JOINTS, 0.0, [])], "--tracked tool", "/joint_states .*no kinematics.*record /tf"),
     "another base": (OTHER, "--base base", "pose: frame_id: expected base .--base., found map"),
-    "two topics": (
-        [*stated(), *OTHER],
-        "--base base",
-        "named by --poses, found /tr.*, /tf",
-    ),
+    "two topics": ([*stated(), *OTHER], "--base base", "named by --poses, found /tr.*, /tf"),
     "no base": (stated(TREES), "--tracked flange", "base: expected a sensor whose file places it"),
-    "an hour apart": (
-        stated(),
-        f"{OF_TOOL} --poses-offset 3600",
-        "poses: time_s: expected samples during the frames' .* .--poses-offset.$",
-    ),
+    "late": (stated(), f"{OF_TOOL} --poses-offset 3600", "during the frames' .*--poses-offset"),
 }
 
 
@@ -270,8 +244,7 @@ def test_a_trackers_file_beside_a_recording(film, tmp_path):
     (tmp_path / "config/probes").mkdir(parents=True)
     (tmp_path / "config/probes/pen.yaml").write_text("tracked: probe\n")
     options = ["--poses", str(tmp_path / "poses.txt"), "--poses-offset", "3600"]
-    target = tmp_path / "raw/block/camera/09"
-    assert bring(tmp_path / "film", target, *options) == 0
-    found = read_poses(target)
+    assert bring(tmp_path / "film", tmp_path / "raw/block/camera/09", *options) == 0
+    found = read_poses(tmp_path / "raw/block/camera/09")
     assert (found.base, found.tracked) == ("b", "probe")
     np.testing.assert_allclose(found.time_s, times - film.color_ns[0] / NANOSECONDS, atol=1e-5)

@@ -29,7 +29,7 @@ class Tree:
     def __init__(self, bag: Bag, *, moving: bool = True) -> None:
         topics = [name for name in bag.topics(TRANSFORMS) if moving or name.endswith(STATIC)]
         self._stated, self._fixed = defaultdict(lambda: (array("q"), array("d"))), set()
-        self._beside: dict[str, set[str]] = defaultdict(set)
+        self.beside: dict[str, set[str]] = defaultdict(set)
         for topic, _, message in bag.messages(topics):
             for one in message.transforms:
                 key = parent, child = plain(one.header.frame_id), plain(one.child_frame_id)
@@ -37,13 +37,13 @@ class Tree:
                 self._stated[key][1].extend(
                     parts(one.transform.rotation, one.transform.translation)
                 )
-                self._beside[parent].add(child)
-                self._beside[child].add(parent)
+                self.beside[parent].add(child)
+                self.beside[child].add(parent)
                 self._fixed |= {key} if topic.endswith(STATIC) else set()
         self.start_ns = min((min(times_ns) for times_ns, _ in self._stated.values()), default=0)
 
     def __contains__(self, frame: str | None) -> bool:
-        return frame in self._beside
+        return frame in self.beside
 
     def root(self, frame: str) -> str:
         """The frame above all others from which one is reached."""
@@ -56,7 +56,7 @@ class Tree:
         """Frames that transforms join to one, each with its neighbour on the way there."""
         towards, waiting = {start: start}, [start]
         for here in waiting:
-            for there in sorted(self._beside.get(here, set()) - towards.keys()):
+            for there in sorted(self.beside.get(here, set()) - towards.keys()):
                 towards[there] = here
                 waiting.append(there)
         return towards
@@ -151,7 +151,7 @@ def _of_tree(tree: Tree, request: Request) -> Poses:
     base = plain(request.base or tree.root(tracked))
     for name, frame in (("tracked", tracked), ("base", base)):
         if frame not in tree:
-            expected = f"one of the frames {listed(tree._beside)}"
+            expected = f"one of the frames {listed(tree.beside)}"
             raise mismatch(f"--{name}", expected, shown(frame) or "none")
     remedy = "record what joins them, or name another --base"
     time_s, poses = tree.path(base, tracked, remedy)
