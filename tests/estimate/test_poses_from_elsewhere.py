@@ -52,7 +52,7 @@ def of_one_rig(rng, solid, seed):
 
 
 def test_a_base_that_all_captures_of_a_rig_share():
-    """E and nu are off by no more than stated, and nu is known worse than without it."""
+    """E and nu are off by as much as stated, E by no more."""
     rng, solid, deviations = np.random.default_rng(20260601), one_side(), []
     for seed in range(DRAWS):
         captures = of_one_rig(rng, solid, seed)
@@ -61,8 +61,6 @@ def test_a_base_that_all_captures_of_a_rig_share():
     spread = np.sqrt(np.square(deviations).mean(axis=0))
     # The law of the force, of which E knows a prior alone, is not drawn.
     assert spread[1] > LEAST and (spread < MOST).all()
-    _, _, unstated = found([replace(one, place_std_m=1e-5) for one in captures])
-    assert std[1] > unstated[1]
 
 
 def test_the_clock_of_the_camera():
