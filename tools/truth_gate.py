@@ -105,13 +105,12 @@ def estimates_of(
         object=declared / "object.yaml",
         template=next(path for path in templates if path.is_file()),
         tables=[str(results / f"indentation-{point}.npz") for point in points],
-        poses=[str(folder / "probe_pose.csv") for folder in folders],
-        forces=[str(folder / "force.csv") for folder in folders],
+        paths=[str(folder / "path.csv") for folder in folders],
         clocks=[str(folder / "clock.json") for folder in folders],
         motions=[str(folder / "motion.npz") for folder in folders],
         alignments=[str(folder / "alignment.json") for folder in folders],
     )
-    read = read_indentations(inputs, PROBE, options)
+    read = read_indentations(inputs, PROBE, {}, options)
     known, radius = ProbeUncertainty.of(PROBE), PROBE["indenter"]["radius_m"]
     return [
         estimate_direct([change(one) for one in read], options, known, radius_m=radius)

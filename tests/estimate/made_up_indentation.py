@@ -112,17 +112,22 @@ def indentation_of(
     beside_m=(0.0, 0.0),
     rate_hz=6,
     wavy_m=0.0,
+    poses_per_frame=1,
+    camera_clock_s=0.0,
 ):
     """A capture: rest, a ramp of 1.8 s, hold.
 
     `noise` scales all errors but the depth's smooth one, whose deviation is `wavy_m`. `solid` is
     samples, the table that moves them and the table that is fitted; `delay_s` is the force's
-    clock's, `kept` the number of frames compared, `beside_m` the contact's place.
+    clock's, `kept` the number of frames compared, `beside_m` the contact's place. Poses from
+    elsewhere are between the frames too, and `camera_clock_s` is their clock minus the camera's.
     """
     rng = np.random.default_rng(seed)
     cell = random_cells(rng)
     cell, model, table = solid or (cell, made_up_table(cell), made_up_table(cell))
-    time = np.arange(frames) / rate_hz
+    rows = (frames - 1) * poses_per_frame + 1
+    time = np.arange(rows) / rate_hz / poses_per_frame
+    pictured = np.arange(0, rows, poses_per_frame)
 
     def forces(at_s):
         depth = maximum_depth_m * np.clip((at_s - start_s) / 1.8, 0, 1)
@@ -134,12 +139,14 @@ def indentation_of(
     if delay_s:
         fine = np.arange(0, time[-1] + 0.1, 0.005)
         force = np.interp(time + delay_s, fine, forces(fine)[2])
-    force = force + noise * rng.normal(0, 0.003 * force.max(), frames)
+    force = force + noise * rng.normal(0, 0.003 * force.max(), rows)
     used = np.flatnonzero(depth > least_m)[:kept]
     # What the force moves depends on the force, whatever the law at the contact.
-    first = model.depth(elastic[used] / E, nu, 0.0).depth_m
+    seen_at = forces(time + camera_clock_s)[1] if camera_clock_s else elastic
+    first = model.depth(seen_at[used] / E, nu, 0.0).depth_m
     motion = model.motion(first, nu, laws[1], np.array(beside_m)).motion_m
     motion = motion + noise * rng.normal(0, motion_std_m, motion.shape)
+    motion[~np.isin(used, pictured)] = np.nan
     offset = noise * rng.normal(0, offset_std_m)
     measured = depth[used] + offset + noise * rng.normal(0, 8e-5, len(used))
     measured += wavy_m * wave(depth[used], rng)
@@ -168,6 +175,7 @@ def indentation_of(
         cluster=cluster,
         support_axes=support_axes(cell, support),
         table=table,
+        pictured=pictured,
     )
 
 

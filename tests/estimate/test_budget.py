@@ -20,7 +20,15 @@ from palpate.estimate.direct.budget import budget_of
 from palpate.estimate.direct.deviations import Scales, with_depth_errors
 from palpate.estimate.direct.fit import Solution, held_at
 from palpate.estimate.direct.indentation import OWN, DirectIndentation
-from palpate.estimate.direct.options import UNSTATED, Fit, ModelStd, ProbeUncertainty, Rig
+from palpate.estimate.direct.options import (
+    BASE_SOURCE,
+    TIP_SOURCE,
+    UNSTATED,
+    Fit,
+    ModelStd,
+    ProbeUncertainty,
+    Rig,
+)
 from palpate.report.budget_bars import SOURCES
 from scipy.integrate import quad
 from scipy.stats import chi2, halfnorm, t
@@ -239,6 +247,7 @@ TERMS = {
     "offset_std_m": ("zero of the depth", 2e-4, learnt(stacked(1.0, 0.0))),
     # The surface is seen at the other moment too.
     "clock_std_s": ("clocks", 0.1, learnt(stacked(SPEED_M_S, surface(SPEED_M_S)))),
+    "camera_clock_std_s": ("clock of the camera", 0.1, learnt(stacked(0.0, surface(SPEED_M_S)))),
     "shift_std_m": ("zero of the motion", 1e-4, learnt(stacked(0.0, 1.0))),
     "place_std_m": ("place of the contact", 3e-3, PLACES),
     # Tip and surface go down together.
@@ -320,7 +329,8 @@ def test_a_term_alone_is_what_its_first_order_says(field):
 @pytest.mark.parametrize("count", [2, 6])
 def test_the_tip_is_one_for_all_captures(count):
     """Its error does not fall with their number, and what is left of the contact's place does."""
-    capture = replace(CAPTURE, place_std_m=1e-6, tip_root_m=np.diag([0.0, 1e-6, 1e-6]))
+    tip = np.diag([0.0, 1e-6, 1e-6])
+    capture = replace(CAPTURE, place_std_m=1e-6, shared_roots_m={"tip of the probe": tip})
     one, all_of = budget(NOTHING, capture), budget(NOTHING, *[capture] * count)
     for name, fewer in (("tip of the probe", 1), ("place of the contact", np.sqrt(count))):
         parts = [line(found, name).contributions[JUDGED] for found in (one, all_of)]
@@ -337,14 +347,17 @@ def test_the_report_explains_every_source():
         CAPTURE,
         clock_std_s=0.01,
         support_axes=support_axes(CAPTURE.cell_m, UNBONDED, options),
-        tip_root_m=5e-4 * np.eye(3),
+        camera_clock_std_s=0.02,
+        shared_roots_m={name: 5e-4 * np.eye(3) for name in (TIP_SOURCE, BASE_SOURCE)},
     )
     apart = replace(capture, force_n=1.2 * capture.force_n)
     found = budget(options, capture, apart).sources
     assert {one.name for one in found} == set(SOURCES)
 
 
-@pytest.mark.parametrize("field", ["offset_std_m", "clock_std_s", "shift_std_m", "place_std_m"])
+@pytest.mark.parametrize(
+    "field", ["offset_std_m", "clock_std_s", "camera_clock_std_s", "shift_std_m", "place_std_m"]
+)
 def test_what_each_capture_has_for_itself_scatters_between_them(field):
     source, std, _ = TERMS[field]
     options, capture = with_term(field, 0.03 * std)

@@ -187,7 +187,8 @@ def test_depths_forces_and_displacements_are_those_of_the_capture(plain, synthet
     assert plain.offset_std_m == pytest.approx(np.hypot(TIP_STD_M, options.offset_std_m))
     assert plain.place_std_m == pytest.approx(np.sqrt(0.75) * options.place_std_m)
     covariance = (0.5 * options.place_std_m) ** 2 * np.eye(3)
-    assert plain.tip_root_m @ plain.tip_root_m.T == pytest.approx(covariance, abs=1e-12)
+    (root,) = plain.shared_roots_m.values()
+    assert root @ root.T == pytest.approx(covariance, abs=1e-12)
     assert plain.tip_std_m == TIP_STD_M
 
 
@@ -276,6 +277,6 @@ def test_a_tips_covariance_turns_with_the_probe(synthetic, direct, plain):
     inwards = turn.T @ synthetic.camera_from_object[:3, :3] @ -UP
     along = 1e-6 * np.outer(inwards, inwards) + 1e-16 * np.eye(3)
     found = direct(uncertainty=ProbeUncertainty(tip_covariance_m2=along))
-    moves = found.tip_root_m
+    (moves,) = found.shared_roots_m.values()
     assert np.linalg.norm(moves, axis=1) == pytest.approx([1e-3, 0, 0], abs=1e-6)
     assert found.zero_std_m == pytest.approx(np.hypot(plain.offset_std_m, 1e-3), rel=1e-4)

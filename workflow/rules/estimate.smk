@@ -107,6 +107,7 @@ rule direct:
         RUN.results("benchmarks/direct/{object}-{sensor}-{capture}.tsv")
     params:
         probe=RUN.probe_spec,
+        sensor=RUN.sensor_spec,
         captures=RUN.one,
         options=RUN.config["direct"]["fit"],
     message:
@@ -128,6 +129,7 @@ rule direct_object:
         RUN.results("benchmarks/direct_object/{object}-{sensor}.tsv")
     params:
         probe=RUN.probe_spec,
+        sensor=RUN.sensor_spec,
         captures=RUN.together,
         options=RUN.config["direct"]["fit"],
     message:

@@ -86,6 +86,7 @@ rule force:
         calibrations=RUN.calibrations_of,
     output:
         force=RUN.of_capture("force.csv"),
+        path=RUN.of_capture("path.csv"),
         clock=RUN.of_capture("clock.json"),
     log:
         RUN.results("logs/force/{object}-{sensor}-{capture}.log"),

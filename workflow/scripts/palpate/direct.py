@@ -90,7 +90,7 @@ def estimate(
         _check_table(one, table)
     options = options or measured[0].config.direct.fit
     indentations = [_indentation(*of, options) for of in zip(measured, tables, strict=True)]
-    known = ProbeUncertainty.of(measured[0].capture.probe)
+    known = ProbeUncertainty.of(measured[0].capture.probe, measured[0].capture.sensor.get("base"))
     return estimate_direct(indentations, options, known, radius_m=radius)
 
 
@@ -114,9 +114,9 @@ def _check_table(measured: Measurement, table: IndentationModel) -> None:
 def _indentation(measured: Measurement, table: IndentationModel, options: Fit) -> DirectIndentation:
     clock = measured.clock
     probe_record = ProbeRecord.of(
-        measured.poses,
-        measured.forces_n,
+        measured.path,
         measured.capture.probe,
+        measured.capture.sensor,
         clock_offset_s=clock.offset_s,
         clock_std_s=clock.prior_std_s,
     )

@@ -52,8 +52,8 @@ class Measurement:
     masks : sequence of (h, w) bool array
         Foreground of each frame. It and the clouds lie in temporary files that end with the
         measurement, so that films of any length fit.
-    poses, wrenches : DataFrame
-        probe_pose.csv and force.csv of the results.
+    poses, wrenches, path : DataFrame
+        probe_pose.csv, force.csv and path.csv of the results.
     clock : ClockOffset
         Force clock minus camera clock.
     clouds : sequence of (points (n, 3) [m], normals (n, 3))
@@ -85,6 +85,7 @@ class Measurement:
     masks: Film
     poses: pd.DataFrame
     wrenches: pd.DataFrame
+    path: pd.DataFrame
     clock: ClockOffset
     clouds: Film
     alignment: Alignment
@@ -184,6 +185,7 @@ def measure(
         masks=masks,
         poses=press.poses,
         wrenches=press.wrenches,
+        path=press.path,
         clock=press.clock,
         clouds=clouds,
         alignment=alignment,

@@ -14,7 +14,7 @@ from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clock import ClockOffset
 from palpate.vision.clouds import table_of
 from palpate.vision.follow import followed
-from palpate.vision.indentation import capture_wrenches
+from palpate.vision.indentation import capture_path
 from palpate.vision.probe import check_steepness
 from palpate.workflow.options import Config
 
@@ -29,8 +29,8 @@ class Press:
         With the optics of its calibration.
     plane : (4,) array
         The table, camera frame.
-    poses, wrenches : DataFrame
-        probe_pose.csv and force.csv of the results.
+    poses, wrenches, path : DataFrame
+        probe_pose.csv, force.csv and path.csv of the results.
     clock : ClockOffset
         Force clock minus camera clock.
     """
@@ -39,6 +39,7 @@ class Press:
     plane: NDArray
     poses: pd.DataFrame
     wrenches: pd.DataFrame
+    path: pd.DataFrame
     clock: ClockOffset
 
 
@@ -71,7 +72,6 @@ def press_of(capture: Capture, config: Config, optics: str | Path | None = None)
     declared = capture.declared
     point, base = declared["points"][capture.point], sensor.get("base")
     check_steepness(poses, probe, plane[:3], point, declared["support"], base)
-    wrenches, clock = capture_wrenches(
-        capture.force, poses, sensor, probe, config.force, up=plane[:3]
-    )
-    return Press(sensor, plane, poses, as_written(wrenches), clock)
+    given = capture.folder, capture.force, poses, sensor, probe, config.force
+    wrenches, path, clock = capture_path(*given, up=plane[:3])
+    return Press(sensor, plane, poses, as_written(wrenches), as_written(path), clock)

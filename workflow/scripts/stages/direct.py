@@ -5,7 +5,7 @@ from palpate.capture.files import whole_file, write_json
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.options import Fit, ProbeUncertainty
 from palpate.estimate.direct.result import save_fitted
-from palpate.vision.calibrated_probe import calibrated_probe
+from palpate.vision.calibrated_probe import calibrated_probe, placed_sensor
 from palpate.workflow.estimate_inputs import read_indentations
 from palpate.workflow.job import naming, run
 
@@ -14,9 +14,11 @@ def main(snakemake):
     """Write direct.json."""
     params, options = snakemake.params, Fit.read(snakemake.params.options)
     probe = calibrated_probe(params.probe, snakemake.input.calibrations)
-    indentations = read_indentations(snakemake.input, probe, options)
-    known, radius = ProbeUncertainty.of(probe), probe["indenter"]["radius_m"]
-    with naming(", ".join(snakemake.input.poses), "frames"):
+    sensor = placed_sensor(params.sensor, snakemake.input.calibrations)
+    indentations = read_indentations(snakemake.input, probe, sensor, options)
+    known = ProbeUncertainty.of(probe, sensor.get("base"))
+    radius = probe["indenter"]["radius_m"]
+    with naming(", ".join(snakemake.input.paths), "frames"):
         found = estimate_direct(indentations, options, known, radius_m=radius)
     write_json(snakemake.output.estimate, {"captures": list(params.captures)} | found.to_dict())
     if "budget" in snakemake.output.keys():

@@ -80,6 +80,11 @@ SOURCES = {
         "clocks of camera and force",
         "Press more slowly, or let one clock time camera and force.",
     ),
+    "clock of the camera": Words(
+        "clocks of poses and camera",
+        "Press more slowly, or let one clock time camera and poses, and state how well it does"
+        " (`base.clock_offset_std_s` in the sensor's file).",
+    ),
     "zero of the motion": Words(
         "the surface at rest",
         "Film more frames before the press, with nothing moving.",
@@ -87,6 +92,11 @@ SOURCES = {
     "tip of the probe": Words(
         "place of the ball's centre in the target's frame",
         "Calibrate it: `palpate calibrate tip` (docs/rig.md).",
+    ),
+    "camera in the base frame": Words(
+        "place of the camera in the base frame",
+        "Calibrate it with more poses, turned about all axes and near the object:"
+        " `palpate calibrate hand-eye`.",
     ),
     "place of the contact": Words(
         "place of the contact",

@@ -8,6 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.tables import columns_of
+from palpate.estimate.direct.contact import LIKELY
 from palpate.estimate.direct.warnings import FAR_ZERO, RESTLESS
 from palpate.estimate.hertz.indentation import hold_end
 from palpate.report.style import sensor_name
@@ -122,12 +123,24 @@ def checks_of(held: Held) -> list[Check]:
     found = f"{int(seen.sum())} of {len(seen)}"
     left_out = f"{beyond} of {compared + beyond}"
     ended = "yes" if direct["converged"] else "no"
+    told = [_clocks(own)] if "camera_clock_s" in own else []
     return [
         Check("probe found in the pictures from touch to deepest", found, "all", bool(seen.all())),
         *(Check(w, f"{x:.1f} times", f"up to {most:g} times", x <= most) for w, most, x in judged),
         Check("frames too deep for what was computed, left out", left_out, "0", beyond == 0),
+        *told,
         Check("search for the moduli ended", ended, "yes", direct["converged"]),
     ]
+
+
+def _clocks(own: Mapping) -> Check:
+    """Both clocks that a capture has beside the camera's."""
+    names, most_ms = ("camera", "force"), 1e3 * LIKELY * own["camera_clock_known_std_s"]
+    pairs = [(1e3 * own[f"{name}_clock_s"], 1e3 * own[f"{name}_clock_std_s"]) for name in names]
+    each = ", ".join(f"{offset:+.0f} ± {std:.0f} ms" for offset, std in pairs)
+    found = f"{each}, correlation {own['clocks_correlation']:+.1f}"
+    what = "clock of the poses minus the camera's, and the force's minus the poses'"
+    return Check(what, found, f"the first up to {most_ms:.0f} ms", abs(pairs[0][0]) <= most_ms)
 
 
 def recording(checked: Sequence[tuple[Mapping, Sequence[Check]]]) -> str:

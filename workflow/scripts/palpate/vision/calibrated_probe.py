@@ -95,7 +95,7 @@ def placed_sensor(spec: Mapping, paths: Sequence[str | Path]) -> Mapping:
     covariance = numbers_of(path, fields, "covariance", (6, 6)).tolist()
     if fault := covariance_fault(covariance, LARGEST_BASE_STD, "rad or m"):
         raise ValueError(f"{path}: covariance: {fault} (its verdict says what would determine it)")
-    found = {"camera_from_base": transform, "covariance": covariance}
+    found = {"camera_from_base": transform, "covariance": covariance, "origin": CALIBRATED}
     return dict(spec) | {"base": dict(spec["base"]) | found}
 
 

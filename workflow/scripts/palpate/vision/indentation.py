@@ -1,20 +1,107 @@
 """Wrench on the object at each frame, by the tip's path and the force's record (Section 4.1.3)."""
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.units import GRAVITY_M_S2
+from palpate.capture.poses import POSES, read_poses
+from palpate.units import FROM_MEDIAN, GRAVITY_M_S2
 from palpate.vision.clock import USB_CLOCK_STD_S, ClockOffset, clock_offset
 from palpate.vision.force import FORCE, STRONGEST_N, WRENCH, ForceRecord, zeroed
-from palpate.vision.options import Force
-from palpate.vision.probe import ALONG_STD, AXIS, TIP, marker_transforms
+from palpate.vision.options import Force, ProbePose
+from palpate.vision.probe import (
+    ALONG_STD,
+    AXIS,
+    MARKER,
+    QUATERNION,
+    RAW_TIP,
+    TIP,
+    marker_from_tip,
+    marker_transforms,
+    placed_poses,
+    pose_table,
+)
 
 SMALLEST_PRESS_N, LARGEST_ANGLE_DEG = 0.2, 60.0
 # Of the torque's noise, of the weight and of the tip's place; the study's captures have 0.4 mm.
 LEVER_ERROR_M = 0.005
+# Times a second of a path by poses from elsewhere, about: more tell hardly more of an indentation.
+PATH_HZ = 50.0
+PATH = ["frame", "time_s", "inliers", ALONG_STD, *QUATERNION, *MARKER, *TIP]
+
+
+def capture_path(
+    folder: str | Path,
+    record: pd.DataFrame,
+    poses: pd.DataFrame,
+    sensor: Mapping,
+    probe: Mapping,
+    options: Force,
+    *,
+    up: NDArray,
+) -> tuple[pd.DataFrame, pd.DataFrame, ClockOffset]:
+    """Forces at the frames, and all of the path that the estimate compares with them.
+
+    Parameters
+    ----------
+    folder : path
+        Of the capture.
+    record, poses, sensor, probe, options, up
+        As of `capture_wrenches`; the sensor's file with its base, if poses come from elsewhere.
+
+    Returns
+    -------
+    DataFrame
+        force.csv: of `frame_wrenches`, of the frames.
+    DataFrame
+        path.csv: `PATH` of probe_pose.csv and the force, in the frames and between them.
+    ClockOffset
+
+    Raises
+    ------
+    ValueError
+        As `capture_wrenches` and `read_poses` do.
+    """
+    path = poses
+    if (Path(folder) / POSES).is_file():
+        path = _at_own_rate(Path(folder), record, poses, sensor["base"], probe)
+        step_s = float(path["time_s"].diff().median())
+        options = options.changed(linear_window_s=min(step_s, options.linear_window_s))
+    table, clock = capture_wrenches(record, path, sensor, probe, options, up=up)
+    at_frames = table[path["frame"].notna().to_numpy()].reset_index(drop=True)
+    return at_frames.assign(frame=range(len(poses))), path[PATH].join(table[FORCE]), clock
+
+
+def _at_own_rate(
+    folder: Path, record: pd.DataFrame, poses: pd.DataFrame, base: Mapping, probe: Mapping
+) -> pd.DataFrame:
+    """Poses at the frames and between them: as many as the tracker and the force's record have."""
+    tracked, frames_s = read_poses(folder), poses["time_s"].to_numpy(float)
+    step_s = max(np.median(np.diff(of)) for of in (tracked.time_s, record["time_s"]))
+    gaps_s = np.diff(frames_s)
+    parts = np.fmax(np.fmin(np.rint(gaps_s * PATH_HZ), gaps_s // step_s), 1).astype(int)
+    starts, place = (
+        np.repeat(np.arange(len(parts)), parts),
+        np.concatenate([*map(np.arange, parts)]),
+    )
+    between_s = (frames_s[starts] + place * (gaps_s / parts)[starts])[place > 0]
+    placed = placed_poses(tracked, between_s, base) if len(between_s) else []
+    kept = [k for k, pose in enumerate(placed) if pose is not None]
+    found = [(placed[k], False) for k in kept]
+    path = poses
+    if found:
+        more = pose_table(found, between_s[kept], probe, ProbePose(), sought=POSES)
+        path = pd.concat([poses, more.drop(columns="frame")])
+        path = path.sort_values("time_s", ignore_index=True)
+    # From pose to pose, whatever is said of it.
+    tips = tracked.base_from_tracked @ marker_from_tip(probe)
+    along_m = tips[:, :3, 3] @ tips[:, :3, 2].mean(axis=0)
+    noise_m = FROM_MEDIAN * np.median(np.abs(np.diff(along_m, 2))) / np.sqrt(6)
+    std_m = path[ALONG_STD].clip(lower=noise_m)
+    return path.assign(**{ALONG_STD: std_m}, **dict(zip(TIP, path[RAW_TIP].T.values, strict=True)))
 
 
 def capture_wrenches(

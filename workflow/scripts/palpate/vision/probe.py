@@ -235,6 +235,11 @@ def marker_columns(transforms: NDArray) -> pd.DataFrame:
     return pd.DataFrame(np.hstack([turns, transforms[:, :3, 3]]), columns=[*QUATERNION, *MARKER])
 
 
+def from_pictures(poses: pd.DataFrame) -> bool:
+    """Whether poses are of a target in pictures; from elsewhere none has corners."""
+    return bool(poses["inliers"].any())
+
+
 def check_steepness(
     poses: pd.DataFrame,
     probe: Mapping,
@@ -275,7 +280,7 @@ def check_steepness(
     if found <= LARGEST_SLANT_DEG:
         return
     cause = "marker_from_force in the probe's file?"
-    if base is not None and not poses["inliers"].any():
+    if base is not None and not from_pictures(poses):
         camera_from_base = np.array(base["camera_from_base"])[:3, :3]
         inside = camera_from_base.T @ turns
         written = Rotation.from_matrix(inside).as_quat(scalar_first=True)

@@ -45,18 +45,16 @@ def read_indentation(inputs: Any, *, radius_m: float, options: Hertz) -> tuple[I
         )
 
 
-def read_indentations(inputs, probe, options):
+def read_indentations(inputs, probe, sensor, options):
     """Read what a direct estimate needs; files of one kind go in the captures' order."""
     _, support, template = read_object(inputs)
     surface = SmoothSurface(template.vertices_m, template.faces)
     tables = {path: load_indentation(path) for path in dict.fromkeys(inputs.tables)}
     indentations = []
     for k, path in enumerate(inputs.tables):
-        files = inputs.poses[k], inputs.forces[k], inputs.clocks[k]
-        record = _probe_record(*files, probe)
+        record = _probe_record(inputs.paths[k], inputs.clocks[k], probe, sensor)
         with (
-            naming(inputs.forces[k], "force", "frames"),
-            naming(inputs.poses[k], "depth", "tip"),
+            naming(inputs.paths[k], "force", "frames", "depth", "tip"),
             naming(inputs.motions[k], "samples"),
             naming(inputs.alignments[k], "contact"),
             naming(path, "table"),
@@ -67,9 +65,10 @@ def read_indentations(inputs, probe, options):
     return indentations
 
 
-def _probe_record(pose, force, clock, probe):
+def _probe_record(path, clock, probe, sensor):
     """Tip, force and clock of a capture."""
-    poses, _, forces = read_probe(pose, force, *QUATERNION, *MARKER)
-    clocks = json.loads(Path(clock).read_text(encoding="utf-8"))
+    table, clocks = read_table(path), json.loads(Path(clock).read_text(encoding="utf-8"))
     times = {"clock_offset_s": clocks["offset_s"], "clock_std_s": clocks["prior_std_s"]}
-    return ProbeRecord.of(poses, forces, probe, **times)
+    with naming(path):
+        columns_of(table, [*QUATERNION, *MARKER])
+        return ProbeRecord.of(table, probe, sensor, **times)

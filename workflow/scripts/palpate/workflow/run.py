@@ -261,8 +261,7 @@ class Run:
             "object": self.raw("{object}/object.yaml"),
             "template": self.template_of,
             "alignments": each("alignment.json"),
-            "poses": each("probe_pose.csv"),
-            "forces": each("force.csv"),
+            "paths": each("path.csv"),
             "clocks": each("clock.json"),
             "motions": each("motion.npz"),
             "tables": lambda wildcards: [

@@ -40,7 +40,13 @@ COLUMNS = [
 ]
 Change = Callable[[DirectIndentation, float], DirectIndentation]
 # Priors of what each capture has for itself.
-OWN_SOURCES = ("zero of the depth", "clocks", "zero of the motion", "place of the contact")
+OWN_SOURCES = (
+    "zero of the depth",
+    "clocks",
+    "clock of the camera",
+    "zero of the motion",
+    "place of the contact",
+)
 
 
 @dataclass(frozen=True)

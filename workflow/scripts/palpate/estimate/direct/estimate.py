@@ -88,7 +88,6 @@ class DirectEstimate:
     def to_dict(self) -> dict:
         """All that direct.json says of it."""
         best, first = self.solution, self.solution.parameters[0]
-        of_captures = list(zip(best.indentations, best.parameters, best.scales, strict=True))
         # Least deviations of log moduli and nu, and their parts of those that are stated.
         bound = zip(
             NAMES, self.bound.tolist(), (self.bound / self.budget.std).tolist(), strict=True
@@ -102,8 +101,8 @@ class DirectEstimate:
             "regions": {name: one.tolist() for name, one in regions_of(best).items()},
             "relaxation": {"times_s": list(times_s), "fractions": fractions},
             "gain": first.gain,
-            "nuisances": [nuisances(one, p) for one, p, _ in of_captures],
-            "residuals": [summed(one, scale) for one, _, scale in of_captures],
+            "nuisances": [nuisances(best, k) for k in range(len(best.indentations))],
+            "residuals": list(map(summed, best.indentations, best.scales)),
             "budget": self.budget.rows(),
             "information": {name: {"bound": b, "efficiency": part} for name, b, part in bound},
             "converged": best.converged,
@@ -111,10 +110,10 @@ class DirectEstimate:
         }
 
     def captures(self) -> list[CaptureFit]:
-        """What each capture shows, beside what the estimate makes of it."""
+        """What each capture shows in the camera's frames, beside what the estimate makes of it."""
         found, best = [], self.solution
         for one, p, scale in zip(best.indentations, best.parameters, best.scales, strict=True):
-            gaps = residuals(one, p)
+            gaps, (at, rows, numbers) = residuals(one, p), one.frames_pictured
             measured = one.depth_m + p.offset_m + p.clock_s * one.speed_m_s
             gap, moved, std = np.full((3, *one.moved_m.shape), np.nan)
             gap[one.seen] = gaps.motion * one.moved_std_m[one.seen]
@@ -122,16 +121,16 @@ class DirectEstimate:
             std[one.seen] = one.moved_std_m[one.seen] * scale.motion
             found.append(
                 CaptureFit(
-                    time_s=one.time_s,
-                    tip_depth_m=one.tip_depth_m + p.offset_m + p.clock_s * one.tip_speed_m_s,
-                    frames=one.frames,
-                    force_n=one.force_n[one.frames],
-                    depth_m=measured,
-                    fitted_depth_m=measured + one.depth_root_m @ gaps.depth,
-                    depth_expected_std_m=one.depth_std_m,
-                    moved_m=moved,
-                    fitted_moved_m=moved - gap,
-                    moved_expected_std_m=std,
+                    time_s=one.time_s[at],
+                    tip_depth_m=(one.tip_depth_m + p.offset_m + p.clock_s * one.tip_speed_m_s)[at],
+                    frames=numbers,
+                    force_n=one.force_n[one.frames][rows],
+                    depth_m=measured[rows],
+                    fitted_depth_m=(measured + one.depth_root_m @ gaps.depth)[rows],
+                    depth_expected_std_m=one.depth_std_m[rows],
+                    moved_m=moved[rows],
+                    fitted_moved_m=(moved - gap)[rows],
+                    moved_expected_std_m=std[rows],
                     cell_m=one.cell_m,
                     contact_m=one.contact_m,
                     distance_m=np.linalg.norm(one.cell_m - one.contact_m, axis=1),

@@ -1,7 +1,9 @@
 """One capture in the direct estimate: what it measured, and what moduli and nuisances predict."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from types import EllipsisType
 from typing import NamedTuple
 
 import numpy as np
@@ -19,8 +21,9 @@ LOG_E, NU, FORCE_LAW, MOTION_LAW, GAIN = range(SHARED)
 # Axes across the indentation. Sinking, and rocking about two axes.
 PLACES, SUPPORT_MOTIONS = 2, 3
 # Unknowns that each capture has for itself, and their places among these.
-OWN = 3 + PLACES + SUPPORT_MOTIONS
-OFFSET, CLOCK, SHIFT, PLACE, SUPPORT = 0, 1, 2, slice(3, 3 + PLACES), slice(3 + PLACES, OWN)
+OWN = 4 + PLACES + SUPPORT_MOTIONS
+OFFSET, CLOCK, SHIFT, CAMERA_CLOCK = 0, 1, 2, OWN - 1
+PLACE, SUPPORT = slice(3, 3 + PLACES), slice(3 + PLACES, CAMERA_CLOCK)
 
 
 @dataclass(frozen=True)
@@ -84,9 +87,10 @@ class DirectIndentation:
     Attributes
     ----------
     time_s, force_n : (f,) arrays
-        Times of all frames [s], and force along the indentation in them [N].
+        Times of all frames, and of poses between them where these come from elsewhere than the
+        pictures [s], and force along the indentation [N].
     tip_depth_m : (f,) array
-        Way of the sphere since its first touch in all frames, negative before [m].
+        Way of the sphere since its first touch in all of them, negative before [m].
     frames : (k,) int array
         Frames in contact that are compared.
     frames_beyond : int
@@ -104,6 +108,8 @@ class DirectIndentation:
     clock_expected_s, clock_std_s : float
         What the forces' clock offset is too large by if the clocks agree, and the deviation of
         their difference [s].
+    camera_clock_std_s : float, optional
+        Of the poses' clock against the camera's [s]; 0 where they come from its pictures.
     force_std_n : float
         Of the force from frame to frame [N].
     place_expected_m : (2,) array
@@ -116,7 +122,7 @@ class DirectIndentation:
         Samples of the undeformed surface outside of the contact, object frame [m].
     moved_m, noise_std_m : (k, c) arrays
         Displacement along the normals in the compared frames, and deviation of a frame's own noise
-        [m]; NaN: not seen.
+        [m]; NaN: not seen, or between the camera's frames.
     moved_std_m : (k, c) array
         Deviation that the fit divides by [m].
     cluster : (c,) int array
@@ -124,9 +130,11 @@ class DirectIndentation:
     support_axes : SupportAxes
     table : SampleTable
         Of the indented point, brought to the contact, at the samples.
-    tip_root_m : (3, 3) array, optional
-        Of the tip's error in the target's frame, which captures share. Rows: along the indentation
-        and the two axes across it; columns: independent errors of one deviation [m].
+    shared_roots_m : mapping of str to (3, e) array, optional
+        Of errors that captures share, by source: what each of a deviation moves the tip by, along
+        the indentation and the axes across it [m].
+    pictured : (g,) int array, optional
+        Which of all frames the camera took.
     """
 
     time_s: NDArray
@@ -152,12 +160,14 @@ class DirectIndentation:
     cluster: NDArray
     support_axes: SupportAxes
     table: SampleTable
-    tip_root_m: NDArray = field(default_factory=lambda: np.zeros((3, 3)))
+    camera_clock_std_s: float = 0.0
+    shared_roots_m: Mapping[str, NDArray] = field(default_factory=dict)
+    pictured: NDArray | EllipsisType = ...
 
     @property
     def zero_std_m(self) -> float:
-        """Deviation of the depth's zero: of an error of its own, and of the tip's [m]."""
-        return float(np.hypot(self.offset_std_m, np.linalg.norm(self.tip_root_m[0])))
+        """Deviation of the depth's zero: of an error of its own, and of the shared ones [m]."""
+        return zero_std(self.offset_std_m, self.shared_roots_m)
 
     @property
     def depth_std_m(self) -> NDArray:
@@ -166,13 +176,21 @@ class DirectIndentation:
 
     @cached_property
     def tip_speed_m_s(self) -> NDArray:
-        """Speed of the sphere in all frames, (f,) [m/s]."""
-        return np.gradient(self.tip_depth_m, self.time_s)
+        """Speed of the sphere in all frames, by its way from picture to picture, (f,) [m/s]."""
+        time_s, depth_m = self.time_s[self.pictured], self.tip_depth_m[self.pictured]
+        return np.interp(self.time_s, time_s, np.gradient(depth_m, time_s))
 
     @property
     def speed_m_s(self) -> NDArray:
         """The same in the compared frames, (k,) [m/s]."""
         return self.tip_speed_m_s[self.frames]
+
+    @property
+    def frames_pictured(self) -> tuple[NDArray, NDArray, NDArray]:
+        """Where the camera's frames are; which compared rows are of them, and which frames."""
+        at = np.arange(len(self.time_s))[self.pictured]
+        rows = np.flatnonzero(np.isin(self.frames, at))
+        return at, rows, np.searchsorted(at, self.frames[rows])
 
     @cached_property
     def load(self) -> NDArray:
@@ -184,6 +202,12 @@ class DirectIndentation:
     def seen(self) -> NDArray:
         """Which displacements count, (k, c) bool."""
         return np.isfinite(self.moved_m) & np.isfinite(self.moved_std_m)
+
+
+def zero_std(offset_std_m: float, shared_roots_m: Mapping[str, NDArray]) -> float:
+    """Deviation of a depth's zero, of errors of its own and of roots (3, e) of shared ones [m]."""
+    shared = [np.linalg.norm(root[0]) for root in shared_roots_m.values()]
+    return float(np.linalg.norm([offset_std_m, *shared]))
 
 
 def _one(place: int, doc: str) -> property:
@@ -198,7 +222,8 @@ class Parameters:
     Attributes
     ----------
     vector : (q,) array
-        (log E, nu, q, m, gain, fractions, offset, clock, shift, place, support motion).
+        (log E, nu, q, m, gain, fractions, offset, clock, shift, place, support motion, camera's
+        clock).
     times_s : (p,) array
         Times of what relaxes, which are no unknowns [s].
     """
@@ -211,7 +236,8 @@ class Parameters:
     motion_law = _one(MOTION_LAW, "That of the displacement, m.")
     gain = _one(GAIN, "Relative error of the camera's distances along the normals.")
     offset_m = _one(OFFSET - OWN, "Error of the depth [m].")
-    clock_s = _one(CLOCK - OWN, "Error of the clock [s].")
+    clock_s = _one(CLOCK - OWN, "Error of the force's clock against the poses' [s].")
+    camera_clock_s = _one(CAMERA_CLOCK - OWN, "Poses' clock minus camera clock [s].")
     shift_m = _one(SHIFT - OWN, "What all displacements have in common [m].")
 
     @property
@@ -267,7 +293,7 @@ def _predicted(indentation: DirectIndentation, of: Parameters) -> _Predicted:
     unit, table = elastic[indentation.frames] / of.youngs_modulus_pa, indentation.table
     first = table.depth(unit, nu, 0.0)
     # The camera saw the surface a little earlier or later than the force was read.
-    seen_at = first.depth_m - of.clock_s * indentation.speed_m_s
+    seen_at = first.depth_m - (of.clock_s - of.camera_clock_s) * indentation.speed_m_s
     motion = table.motion(seen_at, nu, of.motion_law, of.place_m)
     return _Predicted(unit, table.depth(unit, nu, of.force_law), first, motion)
 
@@ -296,7 +322,7 @@ def linearised(indentation: DirectIndentation, of: Parameters) -> Linearised:
     # Those of the measured depth's offset, clock and shift; the support's motion is added.
     own = [-one, -speed_m_s, *[zero] * (1 + PLACES)]
     settled = indentation.load[:, None] * axes.tip_m
-    depth = np.column_stack([by_E, by_nu, by_q, zero, zero, *by_fractions, *own, settled])
+    depth = np.column_stack([by_E, by_nu, by_q, zero, zero, *by_fractions, *own, settled, zero])
     motion, gain, load = here.motion, 1 + of.gain, indentation.load[:, None]
     none = np.zeros_like(motion.motion_m)
     follows = [gain * motion.by_depth * column[:, None] for column in by_force(here.first_depth)]
@@ -312,6 +338,7 @@ def linearised(indentation: DirectIndentation, of: Parameters) -> Linearised:
         none + 1,
         *gain * motion.by_place,
         *(gain * load * column for column in axes.samples_m.T),
+        gain * motion.by_depth * speed_m_s[:, None],
     ]
     divided = [(-column / indentation.moved_std_m)[indentation.seen] for column in columns]
     return Linearised(

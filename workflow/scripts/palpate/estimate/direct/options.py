@@ -17,12 +17,17 @@ from palpate.config.model import (
     constant,
     option,
 )
+from palpate.vision.pose import by_turn
 
 # Where a deviation comes from: the options, the probe's file, a run's recordings, the captures.
 CONFIGURED, STATED, CALIBRATED, OBSERVED = "configured", "stated", "calibrated", "observed"
 # Of the variance of the contact's place what is the tip's, typed from a drawing: 0.5 of 1 mm. The
 # rest is lenses, template and alignment, and each capture's own.
 TIP_PART = 0.25
+# Of the camera in the base frame of poses from elsewhere, where nothing is stated [rad, m].
+BASE_STD = (0.001, 0.001)
+# Errors that all captures share, as the budget names them.
+TIP_SOURCE, BASE_SOURCE = "tip of the probe", "camera in the base frame"
 
 
 class Observation(Model):
@@ -100,16 +105,19 @@ class ProbeUncertainty:
         Of the probe's compliance.
     tip, compliance : {"stated", "calibrated"}
         Where each comes from.
+    base : mapping or None
+        Of the sensor's file, where poses come from elsewhere than its pictures.
     """
 
     tip_covariance_m2: NDArray | None = None
     compliance_std_m_n: float | None = None
     tip: str = STATED
     compliance: str = STATED
+    base: Mapping | None = None
 
     @staticmethod
-    def of(probe: Mapping) -> "ProbeUncertainty":
-        """Read a probe's file, with what calibrations determined where there are some."""
+    def of(probe: Mapping, base: Mapping | None = None) -> "ProbeUncertainty":
+        """Read a probe's file and the base of a sensor's, with what calibrations determined."""
 
         def origin(said: str | None) -> str:
             """Of a part, as `palpate.vision.calibrated_probe` leaves it."""
@@ -121,6 +129,7 @@ class ProbeUncertainty:
             compliance_std_m_n=probe.get("compliance_std_m_n"),
             tip=origin(probe.get("tip")),
             compliance=origin(probe.get("stiffness")),
+            base=base,
         )
 
     def rig(self, options: Rig) -> Rig:
@@ -138,11 +147,22 @@ class ProbeUncertainty:
             return np.sqrt(TIP_PART) * place_std_m * np.eye(3)
         return np.linalg.cholesky(self.tip_covariance_m2)
 
+    def base_root_m(self, place_m: NDArray) -> NDArray:
+        """Root of the covariance of a place (3,) [m] in the camera frame, (3, 6) [m].
+
+        By the base's, which is of a turn in the camera's axes and of the base frame's origin.
+        """
+        covariance = self.base.get("covariance") or np.diag(np.repeat(BASE_STD, 3) ** 2)
+        lever_m = place_m - np.array(self.base["camera_from_base"], dtype=float)[:3, 3]
+        return np.hstack([by_turn(lever_m), np.eye(3)]) @ np.linalg.cholesky(covariance)
+
     @property
     def origins(self) -> dict[str, str]:
         """Where the budget's sources come from that are not the options' alone."""
+        base = self.base or {}
         stated = {
-            "tip of the probe": (self.tip_covariance_m2, self.tip),
+            TIP_SOURCE: (self.tip_covariance_m2, self.tip),
+            BASE_SOURCE: (base.get("covariance"), base.get("origin", STATED)),
             "compliance of the probe": (self.compliance_std_m_n, self.compliance),
         }
         return {name: origin for name, (value, origin) in stated.items() if value is not None}

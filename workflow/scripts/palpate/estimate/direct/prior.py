@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from palpate.estimate.direct.indentation import (
+    CAMERA_CLOCK,
     CLOCK,
     FORCE_LAW,
     GAIN,
@@ -89,8 +91,9 @@ def scaled_inverse(information: NDArray) -> NDArray:
 def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     """Priors of the unknowns of captures, in the order of `Solution.vector`.
 
-    Errors of the tip in the target's frame and of the object's base are the same in all captures;
-    others each capture has anew. There is none of log E, and of nu where it is known beforehand.
+    Errors of the tip in the target's frame, of the camera in the base frame and of the object's
+    base are the same in all captures; others each capture has anew. There is none of log E, and of
+    nu where it is known beforehand.
 
     Soft tissue and foam relax with a flat spectrum over many decades of time (Fung's quasi-linear
     viscoelasticity, 1981), so neighbouring times have about the same amplitude: without this the
@@ -118,19 +121,26 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
         root[own[:, places].ravel()] = np.concatenate(axes)
         return root
 
-    names = "offset_std_m", "clock_std_s", "place_std_m"
-    offsets, clocks, away = ([getattr(one, name) for one in indentations] for name in names)
+    def shared(name: str) -> NDArray:
+        """What errors of a source move of all captures; nothing of those that lack it."""
+        none = np.zeros_like(next(each[name] for each in roots if name in each))
+        places = [OFFSET, *range(*PLACE.indices(OWN))]
+        return of_all(places, [each.get(name, none) for each in roots])
+
+    roots = [one.shared_roots_m for one in indentations]
+    names = "offset_std_m", "clock_std_s", "camera_clock_std_s", "place_std_m"
+    offsets, clocks, cameras, away = ([getattr(one, k) for one in indentations] for k in names)
     moving = [np.diag(one.support_axes.std) for one in indentations]
-    tips = [one.tip_root_m for one in indentations]
     fractions = SHARED + np.arange(terms)
     known = [
         ("law of the force", "1", each([FORCE_LAW], [options.force_law_std])),
         ("law of the motion", "1", each([MOTION_LAW], [options.motion_law_std])),
         ("scale of the camera", "1", each([GAIN], [options.gain_std])),
         ("relaxing shares", "1", each(fractions, [options.fraction_std] * terms)),
-        ("tip of the probe", "m", of_all([OFFSET, *range(*PLACE.indices(OWN))], tips)),
+        *((name, "m", shared(name)) for name in dict.fromkeys(chain(*roots))),
         ("zero of the depth", "m", of_captures([OFFSET], offsets)),
         ("clocks", "s", of_captures([CLOCK], clocks)),
+        ("clock of the camera", "s", of_captures([CAMERA_CLOCK], cameras)),
         ("zero of the motion", "m", of_captures([SHIFT], [options.shift_std_m] * count)),
         ("place of the contact", "m", of_captures(PLACE, away)),
         ("sinking", "m", of_all(SUPPORT, [one[:, :1] for one in moving])),

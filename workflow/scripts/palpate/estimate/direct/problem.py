@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import EllipsisType
 
 import numpy as np
 import pandas as pd
@@ -13,10 +14,12 @@ from palpate.estimate.direct.contact import (
     depth_along,
     object_from_table,
 )
-from palpate.estimate.direct.indentation import DirectIndentation, SupportAxes
+from palpate.estimate.direct.indentation import DirectIndentation, SupportAxes, zero_std
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.options import (
+    BASE_SOURCE,
     TIP_PART,
+    TIP_SOURCE,
     UNSTATED,
     Fit,
     ProbeUncertainty,
@@ -30,7 +33,9 @@ from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 from palpate.surface.sharp_edges import sharp_edge_distance
-from palpate.vision.probe import ALONG_STD, TIP, marker_transforms
+from palpate.vision.clock import USB_CLOCK_STD_S
+from palpate.vision.force import FORCE
+from palpate.vision.probe import ALONG_STD, TIP, from_pictures, marker_transforms
 
 # A force sensor's noise is not less [N].
 LEAST_NOISE_N = 1e-4
@@ -43,7 +48,7 @@ class ProbeRecord:
     Attributes
     ----------
     time_s : (f,) array
-        Of the frames [s].
+        Of the frames, and of poses between them [s].
     tips_m, forces_n : (f, 3) arrays
         Centre of the sphere [m] and force on the object [N], camera frame.
     tip_std_m : float
@@ -51,12 +56,16 @@ class ProbeRecord:
     stiffness_n_m : float
         Of the probe between target and tip along its axis; infinite where its file says nothing.
     clock_offset_s, clock_std_s : float
-        Force clock minus camera clock as the forces take it, and its deviation from 0 before an
-        indentation determines it [s].
+        Force clock minus the poses', which of pictures is the camera's, as the forces take it, and
+        its deviation from 0 before an indentation determines it [s].
     turns : (f, 3, 3) array
-        Of the probe's target, camera frame.
+        Of the probe's target or tracked frame, camera frame.
     uncertainty : ProbeUncertainty, optional
-        Of the probe's file.
+        Of the probe's file; with a base where poses come from elsewhere than the pictures.
+    camera_clock_std_s : float, optional
+        Deviation of their clock from the camera's [s].
+    pictured : (g,) int array, optional
+        Which of the times are those of the camera's frames.
     """
 
     time_s: NDArray
@@ -68,28 +77,41 @@ class ProbeRecord:
     clock_std_s: float
     turns: NDArray
     uncertainty: ProbeUncertainty = UNSTATED
+    camera_clock_std_s: float = 0.0
+    pictured: NDArray | EllipsisType = ...
 
     @staticmethod
     def of(
-        poses: pd.DataFrame,
-        forces_n: NDArray,
+        path: pd.DataFrame,
         probe: Mapping,
+        sensor: Mapping,
         *,
         clock_offset_s: float,
         clock_std_s: float,
     ) -> "ProbeRecord":
-        """What probe_pose.csv, forces (f, 3) [N] and clock.json say, of a probe's file."""
+        """What path.csv and clock.json say, with the probe's file and the sensor's."""
+        base = None if from_pictures(path) else sensor["base"]
         return ProbeRecord(
-            time_s=poses["time_s"].to_numpy(float),
-            tips_m=columns_of(poses, TIP),
-            forces_n=forces_n,
-            tip_std_m=float(np.nanmedian(poses[ALONG_STD])),
+            time_s=path["time_s"].to_numpy(float),
+            tips_m=columns_of(path, TIP),
+            forces_n=columns_of(path, FORCE),
+            tip_std_m=float(np.nanmedian(path[ALONG_STD])),
             stiffness_n_m=probe.get("stiffness_n_m", np.inf),
             clock_offset_s=clock_offset_s,
             clock_std_s=clock_std_s,
-            turns=marker_transforms(poses)[:, :3, :3],
-            uncertainty=ProbeUncertainty.of(probe),
+            turns=marker_transforms(path)[:, :3, :3],
+            uncertainty=ProbeUncertainty.of(probe, base),
+            camera_clock_std_s=base.get("clock_offset_std_s", USB_CLOCK_STD_S) if base else 0.0,
+            pictured=np.flatnonzero(path["frame"].notna()),
         )
+
+    def shared_roots_m(self, row: int, place_std_m: float) -> dict[str, NDArray]:
+        """Errors of the tip at a time that captures share, camera frame, (3, e) [m] by source."""
+        known = self.uncertainty
+        roots = {TIP_SOURCE: self.turns[row] @ known.tip_root_m(place_std_m)}
+        if known.base is not None:
+            roots[BASE_SOURCE] = known.base_root_m(self.tips_m[row])
+        return roots
 
 
 def direct_indentation(
@@ -134,12 +156,11 @@ def direct_indentation(
 
     declared = contact_along(table.direction)
     offset_std_m = float(np.hypot(record.tip_std_m, options.offset_std_m))
-    tip_root = record.uncertainty.tip_root_m(options.place_std_m)
     across = axes_across(table.direction)
-    # At the greatest force, in the target's frame, in which the tip's error stands.
-    turn = pose[:3, :3].T @ record.turns[np.argmax(declared.force_n)]
-    tip_root = np.stack([table.direction, *across]) @ turn @ tip_root
-    declared.check(zero_std_m=float(np.hypot(offset_std_m, np.linalg.norm(tip_root[0]))))
+    turn = np.stack([table.direction, *across]) @ pose[:3, :3].T
+    at_peak = record.shared_roots_m(int(np.argmax(declared.force_n)), options.place_std_m)
+    roots = {name: turn @ root for name, root in at_peak.items()}
+    declared.check(zero_std_m=zero_std(offset_std_m, roots))
     touch = declared.first_touch(tips, table.direction)
     place = object_from_table(table, template, touch)
     beside_m = to_object(place, touch[None])[0] - (table.point_m - radius_m * table.direction)
@@ -170,7 +191,10 @@ def direct_indentation(
             " mm from the contact, found none"
         )
     cell, normal = motion.cell_m[chosen], motion.normal[chosen]
-    moved, noise = (each[frames][:, chosen] for each in (motion.moved_m, motion.noise_std_m))
+    moved, noise = np.full((2, len(tips), len(cell)), np.nan)
+    moved[record.pictured] = motion.moved_m[:, chosen]
+    noise[record.pictured] = motion.noise_std_m[:, chosen]
+    moved, noise = moved[frames], noise[frames]
     if not np.isfinite(moved).any():
         raise ValueError(
             "samples: expected some that are seen while the tip presses, found all hidden"
@@ -190,6 +214,7 @@ def direct_indentation(
         offset_std_m=offset_std_m,
         clock_expected_s=record.clock_offset_s,
         clock_std_s=record.clock_std_s,
+        camera_clock_std_s=record.camera_clock_std_s,
         force_std_n=max(noise_of(contact.force_n[: max(contact.onset - 1, 2)]), LEAST_NOISE_N),
         place_expected_m=across @ beside_m,
         place_std_m=np.sqrt(1 - TIP_PART) * options.place_std_m,
@@ -202,13 +227,16 @@ def direct_indentation(
         cluster=np.zeros(len(cell), dtype=int),
         support_axes=SupportAxes.of(cell, normal, **given),
         table=sample_table(table, to_object(place, cell), normal @ place[:3, :3]),
-        tip_root_m=tip_root,
+        shared_roots_m=roots,
+        pictured=record.pictured,
     )
 
 
 def _check_belonging(record: ProbeRecord, motion: SurfaceMotion) -> None:
     """Reject poses, forces and displacements of different recordings."""
-    counts = {len(record.time_s), len(record.forces_n), len(motion.moved_m)}
+    between = len(record.time_s) - len(record.time_s[record.pictured])
+    rows = len(record.time_s), len(record.forces_n), len(motion.moved_m) + between
+    counts = {count - between for count in rows}
     if len(counts) > 1:
         raise ValueError(
             f"frames: expected as many in poses, forces and motion, found {sorted(counts)}"

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from palpate.estimate.direct.deviations import Scales
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.indentation import (
+    CAMERA_CLOCK,
+    CLOCK,
     FORCE_LAW,
     MOTION_LAW,
+    OWN,
     DirectIndentation,
-    Parameters,
 )
 from palpate.estimate.direct.prior import FREE
 from palpate.estimate.direct.quantities import ONE_SECOND_S, Quantities
@@ -111,10 +113,14 @@ def described_law(best: Solution, known: Quantities) -> dict:
     }
 
 
-def nuisances(indentation: DirectIndentation, p: Parameters) -> dict:
-    """What a capture has for itself; how well the depth's zero was known beforehand."""
+def nuisances(best: Solution, number: int) -> dict:
+    """What a capture has for itself; how well the depth's zero was known beforehand.
+
+    Of poses from elsewhere both offsets of clocks, their deviations and correlation, too.
+    """
+    indentation, p = best.indentations[number], best.parameters[number]
     sunk, *rocked = p.support_motion.tolist()
-    return {
+    found = {
         "offset_m": p.offset_m,
         "offset_std_m": indentation.zero_std_m,
         "clock_s": p.clock_s,
@@ -123,6 +129,19 @@ def nuisances(indentation: DirectIndentation, p: Parameters) -> dict:
         "sunk_m": sunk,
         "rocked_rad": rocked,
     }
+    if indentation.camera_clock_std_s > 0:
+        clock, camera = best.places[number][-OWN:][[CLOCK, CAMERA_CLOCK]]
+        std, camera_std = best.std[[clock, camera]].tolist()
+        found |= {
+            # Of the force minus the poses, of the poses minus the camera.
+            "force_clock_s": indentation.clock_expected_s - p.clock_s,
+            "force_clock_std_s": std,
+            "camera_clock_s": p.camera_clock_s,
+            "camera_clock_std_s": camera_std,
+            "camera_clock_known_std_s": indentation.camera_clock_std_s,
+            "clocks_correlation": float(-best.covariance[clock, camera] / std / camera_std),
+        }
+    return found
 
 
 def summed(indentation: DirectIndentation, scales: Scales) -> dict:
