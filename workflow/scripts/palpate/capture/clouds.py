@@ -50,12 +50,11 @@ def read_cloud(path: str | Path, unit: str = "m") -> Cloud:
     if problem := cloud_problem(path):
         raise ValueError(f"{path}: cloud: {problem}")
     points, normals = _read(Path(path))
-    cloud = Cloud(points * METRES[unit], normals if len(normals) else None)
-    cloud = cloud.at(np.isfinite(points).all(axis=1))
-    if cloud.normals is not None:
-        # Where a device knows no normal it writes what is no number, or zeros.
-        known = np.isfinite(cloud.normals).all(axis=1) & cloud.normals.any(axis=1)
-        cloud = cloud.at(known) if known.any() else Cloud(cloud.points_m)
+    # Where a device knows no normal it writes what is no number, or zeros.
+    known = np.isfinite(normals).all(axis=1) & normals.any(axis=1)
+    cloud = Cloud(points * METRES[unit], normals)
+    cloud = cloud.at(known) if known.any() else Cloud(cloud.points_m)
+    cloud = cloud.at(np.isfinite(cloud.points_m).all(axis=1))
     if (count := len(cloud.points_m)) < FEWEST_POINTS:
         raise ValueError(f"{path}: cloud: expected {FEWEST_POINTS} points or more, found {count}")
     return cloud

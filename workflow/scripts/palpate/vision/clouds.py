@@ -73,7 +73,7 @@ class ProbePlace(NamedTuple):
     ----------
     tip_m, axis : (3,) arrays
         Tip's centre [m] and pressing direction, camera frame.
-    board_m, sheet_m : (3,) and (4, 3) arrays
+    board_m, sheet_m : (3,) and (4, 3) arrays, or None
         Centre of the target, and the corners around its sheet, camera frame [m].
     exclusion : mapping
         The block of the probe's file.
@@ -83,8 +83,8 @@ class ProbePlace(NamedTuple):
 
     tip_m: NDArray
     axis: NDArray
-    board_m: NDArray
-    sheet_m: NDArray
+    board_m: NDArray | None
+    sheet_m: NDArray | None
     exclusion: Mapping
     eye_m: NDArray = AT_ORIGIN
 
@@ -103,6 +103,8 @@ class ProbePlace(NamedTuple):
         wide_m = np.where(along < -handle_from_m, self.exclusion["radius_m"], thin_m)
         found = np.linalg.norm(offset, axis=1) < thin_m
         found |= (along < -thin_m) & (across < wide_m)
+        if self.board_m is None:
+            return found
         away = np.linalg.norm(points_m - self.board_m, axis=1)
         found |= away < self.exclusion["board_radius_m"]
         sheet, sight = self.sheet_m - self.eye_m, points_m - self.eye_m
@@ -119,12 +121,10 @@ def probe_places(
     poses: pd.DataFrame, probe: Mapping, eye_m: NDArray = AT_ORIGIN
 ) -> list[ProbePlace]:
     """Where the probe is in each frame of probe_pose.csv, seen by a camera there [m]."""
-    tips, axes = poses[TIP].to_numpy(float), poses[AXIS].to_numpy(float)
+    exclusion, path = probe["exclusion"], (poses[TIP].to_numpy(float), poses[AXIS].to_numpy(float))
     if "marker" not in probe:
-        no_board = dict(probe["exclusion"]) | {"board_radius_m": 0.0}
-        pairs = zip(tips, axes, strict=True)
-        return [ProbePlace(tip, axis, tip, tip[None], no_board, eye_m) for tip, axis in pairs]
-    outline_m, exclusion = board_of(probe["marker"]).outline_m, probe["exclusion"]
+        return [ProbePlace(*row, None, None, exclusion, eye_m) for row in zip(*path, strict=True)]
+    outline_m = board_of(probe["marker"]).outline_m
     centre = np.append(outline_m.mean(axis=0), 0)
     # What is printed and an even margin, so wide that the corners lie on the exclusion radius:
     # |half + margin| = radius, a quadratic equation in the margin.
@@ -136,8 +136,8 @@ def probe_places(
     transforms = marker_transforms(poses)
     boards = transforms[:, :3, :3] @ centre + transforms[:, :3, 3]
     sheets = corners @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3]
-    columns = zip(tips, axes, boards, sheets, strict=True)
-    return [ProbePlace(*row, exclusion, eye_m) for row in columns]
+    rows = zip(*path, boards, sheets, strict=True)
+    return [ProbePlace(*row, exclusion, eye_m) for row in rows]
 
 
 def scene_points(

@@ -56,10 +56,9 @@ def fit_support_plane(
     ValueError
         If there are too few points, they lie on no plane, or on more than can be told apart.
     """
-    name = "background depth" if empty else "first cloud"
-    if len(points_m) < FEWEST_POINTS:
-        expected = f"expected at least {FEWEST_POINTS} points"
-        raise ValueError(f"{name}: {expected}, found {len(points_m)}")
+    name, count = "background depth" if empty else "first cloud", len(points_m)
+    if count < FEWEST_POINTS:
+        raise ValueError(f"{name}: expected at least {FEWEST_POINTS} points, found {count}")
 
     def near(points: NDArray, plane: NDArray, distances: int = 1) -> NDArray:
         return np.abs(height_above(plane, points)) < distances * inlier_distance_m
