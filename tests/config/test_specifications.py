@@ -45,7 +45,8 @@ SENSORS = [
     ("kinect", "color.distortion.1", float("nan"), "expected a finite number, found nan"),
     ("kinect", "range_m", LEFT_OUT, "expected a value, found nothing"),
     ("kinect", "range_m", [2, 1], "expected increasing distances, found 2, 1"),
-    ("kinect", "kind", "sonar", "expected one of depth, stereo, structured_light, found 'sonar'"),
+    ("kinect", "kind", "sonar", "expected one of cloud, depth, stereo, structured_light, found"
+        " 'sonar'"),
     ("kinect", "depth.baseline_m", LEFT_OUT, "expected a value, found nothing"),
     ("kinect", "depth.disparity_scale", 0.0, "expected another number than 0, found 0.0"),
     ("kinect", "depth.count_m", 1e-4, "expected none with encoding kinect_disparity, found 0.0001"),

@@ -98,7 +98,7 @@ def test_where_sensors_see_from_and_how_far_from_the_tip_a_line_must_pass():
     assert views_of({"kind": "depth", "depth": depth}) == pytest.approx(light[:1])
     stereo = views_of({"kind": "stereo", "stereo": {"baseline_m": 0.12}})
     assert stereo == pytest.approx(np.array([[0, 0, 0], [0.12, 0, 0]]))
-    with pytest.raises(ValueError, match="kind: expected stereo, structured_light or depth, found"):
+    with pytest.raises(ValueError, match="kind: expected stereo, structured_light, depth or cloud"):
         views_of({"kind": "laser"})
     stereo = {"kind": "stereo", "stereo": {"window_px": 11}, "color": {"fx_px": 800.0}}
     options = Observation(clear_m=0.02)

@@ -63,7 +63,7 @@ def cut(sensors, probe):
     def cloud(points, z_m, mask=left):
         places = np.array([[-0.05, 0, z_m], [0, 1.0, 0], [0, -0.5, z_m]])
         place = ProbePlace(*places, np.zeros((4, 3)), probe["exclusion"])
-        return object_cloud(points, mask, camera, place, REACH, Clouds())
+        return object_cloud(Cloud(points[in_mask(points, mask, camera)]), place, REACH, Clouds())
 
     return cloud
 

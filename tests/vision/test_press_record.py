@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from palpate.vision.camera import camera_from_spec
-from palpate.vision.clouds import Reach, object_cloud, probe_places
+from palpate.vision.clouds import Cloud, Reach, in_mask, object_cloud, probe_places
 from palpate.vision.force import FORCE
 from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Clouds, Force
@@ -110,11 +110,10 @@ def test_a_cloud_is_the_block_without_the_probe(synthetic, sensors):
         for part, pose in ((ball, tip), (shaft, tip), (board, marker))
     ]
     block = synthetic.clouds[DEEP][0]
+    points, shown = np.concatenate([block, *probe]), np.ones((480, 640), bool)
     camera = camera_from_spec(sensors["kinect"]["color"])
     cloud = object_cloud(
-        np.concatenate([block, *probe]),
-        np.ones((480, 640), bool),
-        camera,
+        Cloud(points[in_mask(points, shown, camera)]),
         probe_places(synthetic.poses, synthetic.probe)[DEEP],
         Reach(tip[:3, 3], 0.5, 0.5, synthetic.plane),
         Clouds(),

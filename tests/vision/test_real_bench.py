@@ -8,7 +8,7 @@ from palpate.capture.images import write_image
 from palpate.capture.tables import write_frames
 from palpate.vision.background import build_model
 from palpate.vision.camera import PinholeCamera
-from palpate.vision.clouds import ProbePlace, Reach, object_cloud, table_of
+from palpate.vision.clouds import Cloud, ProbePlace, Reach, in_mask, object_cloud, table_of
 from palpate.vision.foreground import camera_shift, masks_of
 from palpate.vision.options import Background, Clouds, SupportPlane
 from palpate.vision.support_plane import fit_support_plane
@@ -57,6 +57,11 @@ def box_on_table(bench, size_m, **more):
     return points, kind, np.append(up, -up @ VIEW.camera_from_object[:3, 3])
 
 
+def shown(points, mask):
+    """Those points that the camera sees in a mask."""
+    return Cloud(points[in_mask(points, mask.reshape(240, 320), CAMERA)])
+
+
 @pytest.mark.parametrize(
     ("elbow_m", "size_m"),
     [((0.35, 0.20, -0.05), SIZE), ((0.12, 0.05, 0.02), SIZE), ((-0.30, 0.05, 0.0), SIZE / 2)],
@@ -71,7 +76,7 @@ def test_the_operators_forearm_is_not_the_object(bench, probe, elbow_m, size_m):
     place = ProbePlace(moved(tip), -plane[:3], moved(board), NO_SHEET, probe["exclusion"])
     reach = Reach(moved(tip), np.linalg.norm(size_m[:2] / 2), size_m[2], plane)
     cloud, alone = (
-        object_cloud(points, mask.reshape(240, 320), CAMERA, place, reach, Clouds())
+        object_cloud(shown(points, mask), place, reach, Clouds())
         for mask in (np.isin(kind, [OBJECT, *PROBE_PARTS]), kind == OBJECT)
     )
     inside = np.abs(cloud.points_m[:, None] - alone.points_m).max(axis=2).min(axis=1) < 0.003
@@ -85,7 +90,7 @@ def test_an_object_longer_than_its_template_is_no_such_object(bench, probe):
     place = ProbePlace(
         moved(TIP), -plane[:3], moved(TIP + [0, 0, 0.1]), NO_SHEET, probe["exclusion"]
     )
-    arguments = points, (kind == OBJECT).reshape(240, 320), CAMERA, place
+    arguments = shown(points, kind == OBJECT), place
     whole = Reach(moved(TIP), 0.21, SIZE[2], plane)
     assert len(object_cloud(*arguments, whole, Clouds()).points_m) > 1000
     short = whole._replace(beside_m=np.linalg.norm(SIZE[:2] / 2))

@@ -82,7 +82,7 @@ rule own_report:
         solid=RUN.results("{object}/solid.vtu"),
         quality=RUN.results("{object}/solid_quality.json"),
         tables=OWN.tables,
-        masks=OWN.files(OWN.first, "mask.npz"),
+        masks=OWN.masks,
         clouds=OWN.files(OWN.first, "clouds.npz"),
         recorded=OWN.recorded(OWN.first),
         optics=OWN.optics,

@@ -19,7 +19,7 @@ rule background_model:
 
 rule support_plane:
     input:
-        background=RUN.raw("{object}/{sensor}/background"),
+        background=RUN.scene_of,
         optics=RUN.optics_of,
     output:
         plane=RUN.results("{object}/{sensor}/support_plane.json"),
@@ -109,7 +109,8 @@ rule clouds:
         object=RUN.raw("{object}/object.yaml"),
         template=RUN.template_of,
         optics=RUN.optics_of,
-        mask=RUN.of_capture("mask.npz"),
+        mask=RUN.mask_of,
+        background=RUN.background_of,
         pose=RUN.of_capture("probe_pose.csv"),
         force=RUN.of_capture("force.csv"),
         plane=RUN.results("{object}/{sensor}/support_plane.json"),

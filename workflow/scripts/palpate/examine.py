@@ -119,7 +119,7 @@ def _sensor(
     """Look into one sensor's background and captures, as far as they are right by their format."""
     if not captures:
         return Findings((f"{place.folder}: folder: expected captures, found none",))
-    result, has_background = Findings(), place.background in right
+    result, has_background = Findings(), captures[0].background in right
     for capture in captures:
         if capture.folder in right:
             result += _capture(

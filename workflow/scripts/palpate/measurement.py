@@ -49,9 +49,9 @@ class Measurement:
     support : Support
     plane : (4,) array
         The table, camera frame.
-    masks : sequence of (h, w) bool array
-        Foreground of each frame. It and the clouds lie in temporary files that end with the
-        measurement, so that films of any length fit.
+    masks : sequence of (h, w) bool array or None
+        Foreground of each frame; None of a sensor of clouds. It and the clouds lie in temporary
+        files that end with the measurement, so that recordings of any length fit.
     poses, wrenches, path : DataFrame
         probe_pose.csv, force.csv and path.csv of the results.
     clock : ClockOffset
@@ -82,7 +82,7 @@ class Measurement:
     template: Template
     support: Support
     plane: NDArray
-    masks: Film
+    masks: Film | None
     poses: pd.DataFrame
     wrenches: pd.DataFrame
     path: pd.DataFrame
@@ -156,8 +156,10 @@ def measure(
     press = press_of(capture, config, optics)
     template, support = _object(capture)
     files = TemporaryDirectory(prefix="palpate-")
-    save_masks(path := Path(files.name, "mask.npz"), _masks(capture, press, config))
-    masks = load_masks(path)
+    masks = _masks(capture, press, config)
+    if masks is not None:
+        save_masks(path := Path(files.name, "mask.npz"), masks)
+        masks = load_masks(path)
     of = (template, support)
     each = _clouds(capture, press, of, masks, config)
     save_clouds(path := Path(files.name, "clouds.npz"), each)
@@ -323,8 +325,9 @@ def align(capture: Capture, press: Press, config: Config) -> Alignment:
     ValueError
         As `measure` does.
     """
-    of, masks = _object(capture), list(islice(_masks(capture, press, config), 1))
-    (cloud,) = _clouds(capture, press, of, masks, config)
+    of, masks = _object(capture), _masks(capture, press, config)
+    first = masks and list(islice(masks, 1))
+    (cloud,) = _clouds(capture, press, of, first, config, frames=[0])
     alignment = _aligned(capture, press, of, cloud, config)
     _indentation(capture, press, of, alignment, config)
     return alignment
@@ -359,7 +362,9 @@ def _object(capture: Capture) -> tuple[Template, Support]:
     return template, read_support(capture.declared["support"])
 
 
-def _masks(capture: Capture, press: Press, config: Config) -> Iterator[NDArray]:
+def _masks(capture: Capture, press: Press, config: Config) -> Iterator[NDArray] | None:
+    if "cloud" in press.sensor:
+        return None
     rate = config.background.false_positive_rate
     model = build_model(Stream(capture.background, press.sensor), false_positive_rate=rate)
     return masks_of(Stream(capture.folder, press.sensor), model, config.background)
@@ -369,17 +374,18 @@ def _clouds(
     capture: Capture,
     press: Press,
     of: tuple[Template, Support],
-    masks: Sequence[NDArray],
+    masks: Sequence[NDArray] | None,
     config: Config,
+    frames: Sequence[int] | None = None,
 ) -> Iterator[Cloud]:
-    """Clouds of the frames that have a mask."""
+    """Clouds of the chosen frames, or of all."""
     template, support = of
     position_m = capture.declared["points"][capture.point]["position_m"]
     peak = int(np.argmax(_sizes_n(press)))
     tip_m = columns_of(press.poses, TIP)[peak]
     reach = Reach(tip_m, *support.extent_m(template.vertices_m, position_m), press.plane)
     seen = press.sensor, capture.probe, masks, press.poses
-    return clouds_of(capture.folder, *seen, reach, config.clouds)
+    return clouds_of(capture.folder, *seen, reach, config.clouds, frames)
 
 
 def _aligned(

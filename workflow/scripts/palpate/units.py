@@ -3,6 +3,8 @@
 import math
 
 MILLIMETRES, CENTIMETRES, CUBIC_CENTIMETRES = 1e3, 1e2, 1e6
+# Metres in a unit of files.
+METRES = {"m": 1.0, "mm": 0.001}
 KILOPASCALS, MILLINEWTONS, MILLISECONDS = 1e-3, 1e3, 1e3
 PERCENT = 100.0
 GRAVITY_M_S2 = 9.81

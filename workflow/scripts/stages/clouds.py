@@ -16,7 +16,7 @@ def main(snakemake):
     """Write the clouds with normals, camera frame."""
     inputs, params = snakemake.input, snakemake.params
     sensor = sensor_with_optics(params.sensor, inputs.get("optics"))
-    masks, poses = load_masks(inputs.mask), read_table(inputs.pose)
+    masks, poses = load_masks(inputs.mask) if inputs.mask else None, read_table(inputs.pose)
     require_frames(inputs, masks, poses, params.frames)
     clouds = clouds_of(
         inputs.capture,
@@ -46,8 +46,10 @@ def require_frames(inputs, masks, poses, chosen):
     """Refuse masks and poses of other frames, and chosen frames without foreground."""
     count = len(read_frames(inputs.capture))
     for path, field, found in ((inputs.mask, "mask", masks), (inputs.pose, "tip_x_m", poses)):
-        if len(found) != count:
+        if found is not None and len(found) != count:
             raise ValueError(f"{path}: {field}: expected {count} frames, found {len(found)}")
+    if masks is None:
+        return
     empty = [k for k in (range(count) if chosen is None else chosen) if not masks[k].any()]
     if empty:
         expected = f"frame {empty[0]}: mask: expected foreground"

@@ -84,13 +84,16 @@ def views_of(paths, firsts, fits):
 def pictures_of(inputs, sensors, firsts):
     """Small pictures of the first capture with each sensor."""
     optics = read_by_folder(inputs.optics)
-    files = inputs.recorded, inputs.masks, inputs.clouds
-    for one, sensor, recorded, mask, cloud in zip(firsts, sensors, *files, strict=True):
+    masks = iter(inputs.masks)
+    files = inputs.recorded, inputs.clouds
+    for one, sensor, recorded, cloud in zip(firsts, sensors, *files, strict=True):
+        if "color" not in sensor:
+            continue
         name = one.capture["sensor"]
         sensor = with_calibration(sensor, optics[name]) if name in optics else sensor
         with naming(f"{name}/{one.capture['capture']}/probe_pose.csv"):
             tips, axes = columns_of(one.poses, TIP), columns_of(one.poses, AXIS)
-        seen = Stream(recorded, sensor), load_masks(mask), tips, axes, read_clouds(cloud)
+        seen = Stream(recorded, sensor), load_masks(next(masks)), tips, axes, read_clouds(cloud)
         camera, force_n = camera_from_spec(sensor["color"]), np.array(one.fit["samples"]["force_n"])
         frames = Frames(*seen, camera, force_n)
         yield from glimpses(frames, one.deepest, named(one.capture))

@@ -2,9 +2,9 @@
 
 import logging
 
-from palpate.capture.closed_surface import METRES
 from palpate.capture.files import whole_file
 from palpate.surface.scans import read_scans, template_from_scans
+from palpate.units import METRES
 from palpate.workflow.job import run
 from palpate.yaml_files import load_yaml
 

@@ -9,7 +9,7 @@ import pandas as pd
 
 from palpate.capture.check import checked_object
 from palpate.capture.devices import device_folder, read_device
-from palpate.capture.discover import BACKGROUND
+from palpate.capture.discover import sensor_folder
 from palpate.capture.images import Stream
 from palpate.capture.tables import read_force, read_frames
 from palpate.yaml_files import load_yaml
@@ -49,8 +49,9 @@ class Capture:
 
     @property
     def background(self) -> Path:
-        """Folder of the empty scene."""
-        return self.folder.parent / BACKGROUND
+        """Folder of the empty scene; of clouds without one, of the first capture."""
+        place = sensor_folder(self.folder.parent)
+        return place.scene if "cloud" in self.sensor else place.background
 
     @property
     def template(self) -> Path:
@@ -84,7 +85,7 @@ class Capture:
         return read_force(self.folder)
 
     def images(self, stream: str | None = None) -> Stream:
-        """Images of a stream, each read when it is asked for; the reference camera's by default."""
+        """Images or clouds of a stream, read when asked for; the reference camera's by default."""
         return Stream(self.folder, self.sensor, stream)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from palpate.capture.clouds import cloud_problem
 from palpate.capture.discover import BACKGROUND
 from palpate.capture.images import png_problem
 from palpate.capture.poses import LARGEST_GAP_S, NAMES, POSES, TIME, PoseRecord, read_poses
@@ -53,7 +54,8 @@ def check_capture(folder: str | Path, sensor: Mapping, probe: Mapping | None = N
     """
     folder, streams = Path(folder), image_streams(sensor)
     if folder.name == BACKGROUND:
-        return check_images(folder, sensor, fewest=FEWEST_BACKGROUND_FRAMES)
+        fewest = 1 if "cloud" in streams else FEWEST_BACKGROUND_FRAMES
+        return check_images(folder, sensor, fewest=fewest)
     problems, frames = check_frames(folder, streams, fewest=FEWEST_FRAMES)
     if not problems:
         problems += _check_repeated(folder, frames, streams)
@@ -161,15 +163,17 @@ def _check_stream(folder: Path, stream: str, names: Iterable[str], spec: Mapping
 
 
 def _image_problem(folder: Path, name: str, spec: Mapping) -> str | None:
-    path = folder / name
+    path, kind = folder / name, "a cloud" if "unit" in spec else "an image"
     try:
         # A path drops one of an address's slashes.
         if "://" in name or not path.resolve().is_relative_to(folder.resolve()):
             return f"expected files of this folder, found {name}"
         if not path.is_file():
-            return "expected an image, found nothing"
+            return f"expected {kind}, found nothing"
     except (OSError, ValueError, RuntimeError):  # too long, with a NUL, a link to itself
-        return "expected an image, found a name that no file can have"
+        return f"expected {kind}, found a name that no file can have"
+    if "unit" in spec:
+        return cloud_problem(path)
     return png_problem(path, spec["width_px"], spec["height_px"], spec["encoding"])
 
 
@@ -178,8 +182,9 @@ def _check_repeated(folder: Path, frames: pd.DataFrame, streams: Iterable[str]) 
 
     Only files that share their size with others are read, once each.
     """
-    problems, expected = [], "expected another image in each frame"
+    problems = []
     for stream in streams:
+        expected = f"expected another {'cloud' if stream == 'cloud' else 'image'} in each frame"
         names, seen = list(map(str, frames[stream])), {}
         sizes = [(folder / name).stat().st_size for name in names]
         counts = Counter(sizes)

@@ -8,8 +8,8 @@ from trimesh.graph import connected_component_labels
 
 from palpate.capture.discover import MESHES
 from palpate.open3d_core import o3d
+from palpate.units import METRES
 
-METRES = {"m": 1.0, "mm": 0.001}
 # Objects that one depth camera and a hand-held probe can measure [m].
 PLAUSIBLE_SIZE_M = (0.01, 3.0)
 # Readers' options: the shape alone, and nothing else that a file may name, like a picture.

@@ -56,6 +56,11 @@ class SensorFolder:
         return self.folder / BACKGROUND
 
     @property
+    def scene(self) -> Path:
+        """Folder that shows what the object stands on: without a background the first capture."""
+        return self.background if self.has_background else min(self.captures, default=self.folder)
+
+    @property
     def contents(self) -> tuple[Path, ...]:
         """Background, where there is one, and captures."""
         return (*[self.background] * self.has_background, *self.captures)

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.capture.clouds import Cloud, read_cloud
 from palpate.capture.tables import STREAMS, image_streams, read_frames
 from palpate.units import MILLIMETRES
 
@@ -31,7 +32,7 @@ RGGB_TO_BGR = cv2.COLOR_BayerBG2BGR_EA
 
 
 class Stream(Sequence):
-    """Lazy sequence of one stream's images; each is read when it is asked for.
+    """Lazy sequence of one stream's images, or clouds; each is read when it is asked for.
 
     Parameters
     ----------
@@ -56,18 +57,21 @@ class Stream(Sequence):
         self.folder, self.read = Path(folder), read_samples if samples else read_image
         stream = stream or STREAMS[sensor["kind"]][0]
         self.files = [str(name) for name in read_frames(folder)[stream]]
-        self.encoding = image_streams(sensor)[stream]["encoding"]
+        spec = image_streams(sensor)[stream]
+        self.encoding = spec.get("encoding", spec.get("unit"))
+        if "unit" in spec:
+            self.read = read_cloud
 
     def __len__(self) -> int:
         return len(self.files)
 
-    def __getitem__(self, index: int) -> NDArray:
+    def __getitem__(self, index: int) -> NDArray | Cloud:
         return self.read(self.folder / self.files[index], self.encoding)
 
 
 def all_streams(
     folder: str | Path, sensor: Mapping, chosen: Sequence[int] | None = None
-) -> Iterator[dict[str, NDArray]]:
+) -> Iterator[dict[str, NDArray | Cloud]]:
     """Images of all streams, frame by frame: of the chosen frames, or of all."""
     streams = {name: Stream(folder, sensor, name) for name in image_streams(sensor)}
     count = len(next(iter(streams.values())))

@@ -33,15 +33,14 @@ STREAMS = {
     "stereo": ("left", "right"),
     "structured_light": ("color", "depth"),
     "depth": ("color", "depth"),
+    "cloud": ("cloud",),
 }
 
 
 def image_streams(sensor: Mapping) -> dict[str, Mapping]:
     """Image streams of a sensor and the block of its specification that describes each."""
-    return {
-        name: sensor["depth"] if name == "depth" else sensor["color"]
-        for name in STREAMS[sensor["kind"]]
-    }
+    streams = STREAMS[sensor["kind"]]
+    return {name: sensor[name if name in ("depth", "cloud") else "color"] for name in streams}
 
 
 def read_frames(folder: str | Path) -> pd.DataFrame:

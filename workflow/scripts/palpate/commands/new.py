@@ -39,7 +39,8 @@ OFFERED = {
     "probe": (("stiffness_n_m",), ("load",), ("gauge",)),
 }
 # What a depth image of each kind of sensor holds.
-ENCODINGS = {"depth": "millimetre", "structured_light": "kinect_disparity", "stereo": None}
+ENCODINGS = {"depth": "millimetre", "structured_light": "kinect_disparity"}
+ENCODINGS |= {"stereo": None, "cloud": None}
 NO_BOARD = "none"
 BOARDS = ("checkerboard", "charuco", "aprilgrid", NO_BOARD)
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from palpate.config.model import FILL_IN, FileName, Model, option, short, where, with_others
+from palpate.config.model import FILL_IN, FileName, Model, Vector, option, short, where, with_others
 
 # Eq. 4.12 as printed is a rotation to 1e-8; files may be rounded further.
 ROTATION_TOLERANCE = 1e-4
@@ -96,6 +96,10 @@ COUNTED = with_others("encoding", "counts")
 KINECT = with_others("encoding", "kinect_disparity", only=False)
 DEPTH = with_others("kind", "structured_light", "depth", only=False)
 STEREO = with_others("kind", "stereo", only=False)
+# What a sensor of kind cloud has in place of all of these.
+PICTURES = with_others("kind", "stereo", "structured_light", "depth", only=False)
+OF_PICTURES = ("optics", "color", "depth", "stereo", "marker")
+CLOUD = with_others("kind", "cloud")
 FOCAL = "the focal length [px], of the maker's tool or a calibration"
 CENTRE = "the principal point [px], of the maker's tool or a calibration"
 
@@ -167,6 +171,15 @@ class StereoSpec(Model, use_attribute_docstrings=True):
     highlights: Literal["drop", "keep"] = option(..., "drop, or keep", examples=["drop"])
 
 
+class CloudSpec(Model, use_attribute_docstrings=True):
+    """Clouds as files; their frame is the camera's."""
+
+    unit: Literal["m", "mm"]
+    """of the coordinates: m or mm"""
+    viewpoint_m: Vector = (0.0, 0.0, 0.0)
+    """where the camera stands in the clouds' frame; 0 0 0: z forward and y down, else z up"""
+
+
 class DetectionSpec(Model, use_attribute_docstrings=True):
     """How the probe's target is found."""
 
@@ -213,8 +226,8 @@ class SensorSpec(Model, use_attribute_docstrings=True):
     """A depth sensor."""
 
     sensor: FileName = option(..., "a name of small letters, digits and _, like d435")
-    kind: Literal["stereo", "structured_light", "depth"]
-    """depth (RGB-D), structured_light (disparities of a Kinect for Xbox 360) or stereo"""
+    kind: Literal["stereo", "structured_light", "depth", "cloud"]
+    """depth (RGB-D), structured_light (a Kinect's disparities), stereo or cloud (points)"""
     optics: Source = option("stated", "calibration: of raw/sensors/<sensor>/calibration")
     frame_rate_hz: float = option(..., "frames in a second, as the camera is set", gt=0, le=10_000)
     clock_offset_std_s: ClockStd = option(
@@ -224,16 +237,20 @@ class SensorSpec(Model, use_attribute_docstrings=True):
     )
     range_m: Annotated[tuple[Distance, Distance], INCREASING]
     """nearest and farthest depth that you trust [m], of the maker's data sheet"""
-    color: ColorSpec
+    color: ColorSpec = PICTURES(ColorSpec.__doc__)
     depth: DepthSpec = DEPTH(DepthSpec.__doc__)
     stereo: StereoSpec = STEREO(StereoSpec.__doc__)
     marker: DetectionSpec = None
     base: BaseSpec = None
+    cloud: CloudSpec = CLOUD(CloudSpec.__doc__)
 
     def conflicts(self) -> Iterator[tuple]:
         """Numbers of another kind of sensor, and nothing by which a probe is followed."""
         if self.marker is None and self.base is None:
             yield "marker", "a value (or base, of poses of a robot or a tracker)", "nothing"
+        for name in OF_PICTURES if self.kind == "cloud" else ():
+            if getattr(self, name) not in (None, "stated"):
+                yield name, "none with kind cloud", "one"
         if self.kind == "depth" and self.depth.encoding == "kinect_disparity":
             yield "depth.encoding", "one of counts, millimetre", short(self.depth.encoding)
         if self.kind == "stereo" and any(self.color.distortion):

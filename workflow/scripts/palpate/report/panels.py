@@ -39,9 +39,12 @@ class Surface:
         return _volume(self.deformed_m, self.faces) / _volume(self.rest_m, self.faces) - 1
 
 
-def photo_panel(axes: Axes, photo: NDArray) -> None:
-    """Put a picture, (h, w) or (h, w, 3) uint8, into a panel."""
-    axes.imshow(photo, cmap="gray" if photo.ndim == 2 else None, interpolation="antialiased")
+def photo_panel(axes: Axes, photo: NDArray | None) -> None:
+    """Put a picture, (h, w) or (h, w, 3) uint8, into a panel, or the words that there is none."""
+    if photo is None:
+        axes.text(0.5, 0.5, "recorded as clouds:\nno picture", ha="center", va="center")
+    else:
+        axes.imshow(photo, cmap="gray" if photo.ndim == 2 else None, interpolation="antialiased")
     axes.set_axis_off()
 
 

@@ -82,8 +82,9 @@ def rests_on(
 
 
 def _camera(sensor: Mapping, held: Sequence[Held]) -> str:
-    color = sensor["color"]
-    size = f"{color['width_px']} x {color['height_px']} pixels"
+    size = "clouds without pictures"
+    if color := sensor.get("color"):
+        size = f"{color['width_px']} x {color['height_px']} pixels"
     told = f"{sensor_name(sensor['sensor'])} ({_words(sensor['kind'])}), {size}"
     if not held:
         return told

@@ -45,14 +45,14 @@ class TrackedView(Surface):
     ----------
     cloud_m : (k, 3) array
         Captured points, object frame [m].
-    photo : (h, w, 3) or (h, w) uint8 array
-        The frame as the reference camera saw it.
+    photo : (h, w, 3) or (h, w) uint8 array, or None
+        The frame as the reference camera saw it; None of a sensor of clouds.
     near : tuple of slice
         Rows and columns of it around the contact.
     """
 
     cloud_m: NDArray
-    photo: NDArray
+    photo: NDArray | None
     near: tuple[slice, slice] = (slice(None), slice(None))
 
 
@@ -70,7 +70,7 @@ def tracked_surface(captures: Sequence[Mapping], views: Sequence[TrackedView]) -
     figure = plt.figure(figsize=(PAGE_IN, 2.05 * count))
     for k, (capture, view) in enumerate(zip(captures, views, strict=True)):
         photo = figure.add_subplot(count, 3, 3 * k + 1)
-        photo_panel(photo, view.photo[view.near])
+        photo_panel(photo, None if view.photo is None else view.photo[view.near])
         photo.set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
         _shaded_panel(figure.add_subplot(count, 3, 3 * k + 2, projection="3d"), view)
         section = figure.add_subplot(count, 3, 3 * k + 3)
@@ -91,15 +91,15 @@ def read_view(
 ) -> TrackedView:
     """Most pressed frame of one capture."""
     surface, frame = load_tracked(tracked), fit["range"]["last_frame"]
-    pose = surface.camera_from_object
+    pose, color = surface.camera_from_object, sensor.get("color")
     return TrackedView(
         surface.template_m,
         to_object(pose, surface.vertices_m[frame]),
         surface.faces,
         surface.contact_point_m,
         cloud_m=to_object(pose, read_clouds(clouds)[frame].points_m),
-        photo=Stream(recorded, sensor)[frame],
-        near=_near(sensor["color"], pose, surface.contact_point_m),
+        photo=Stream(recorded, sensor)[frame] if color else None,
+        near=_near(color, pose, surface.contact_point_m) if color else (),
     )
 
 

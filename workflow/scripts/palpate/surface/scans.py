@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from palpate.capture.closed_surface import METRES
-from palpate.open3d_core import o3d
+from palpate.capture.clouds import read_cloud
 from palpate.solid.mesh import at_nodes
 from palpate.surface.template import decimated
 
@@ -56,13 +55,9 @@ def read_scans(folder: str | Path, *, unit: str = "m") -> list[tuple[NDArray, ND
         raise ValueError(f"{folder}: scans: expected PLY files, found none")
     views = []
     for file in files:
-        cloud = o3d.io.read_point_cloud(str(file))
-        # Where a scanner knows no normal it writes what is no number.
-        told = np.isfinite(np.asarray(cloud.normals)).all(axis=1)
-        if not told.any():
+        views.append(read_cloud(file, unit))
+        if views[-1].normals is None:
             raise ValueError(f"{file}: points: expected points with normals, found none")
-        cloud = cloud.select_by_index(np.flatnonzero(told))
-        views.append((np.asarray(cloud.points) * METRES[unit], np.asarray(cloud.normals)))
     return views
 
 

@@ -1,4 +1,4 @@
-"""From depth images to clouds of the object with normals (Sections 4.1.2, 4.1.4)."""
+"""From depth images, or clouds, to clouds of the object with normals (Sections 4.1.2, 4.1.4)."""
 
 import logging
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -9,7 +9,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
+from palpate.capture.clouds import Cloud
+from palpate.capture.discover import BACKGROUND
 from palpate.capture.images import all_streams, depth_of
 from palpate.frames import Film, write_film
 from palpate.open3d_core import o3d
@@ -33,13 +36,7 @@ AT_TIP = 100
 MOST_ACROSS = 0.03
 # Of a frame's points, beside them.
 COUNT = "count"
-
-
-class Cloud(NamedTuple):
-    """Points and their unit normals, camera frame, both (n, 3); points in metres."""
-
-    points_m: NDArray
-    normals: NDArray
+AT_ORIGIN = np.zeros(3)
 
 
 class Reach(NamedTuple):
@@ -80,6 +77,8 @@ class ProbePlace(NamedTuple):
         Centre of the target, and the corners around its sheet, camera frame [m].
     exclusion : mapping
         The block of the probe's file.
+    eye_m : (3,) array
+        Where the camera is [m].
     """
 
     tip_m: NDArray
@@ -87,6 +86,7 @@ class ProbePlace(NamedTuple):
     board_m: NDArray | None
     sheet_m: NDArray | None
     exclusion: Mapping
+    eye_m: NDArray = AT_ORIGIN
 
     def holds(self, points_m: NDArray) -> NDArray:
         """Whether points lie near the axis above the tip, the tip or the target, shape (n,).
@@ -107,15 +107,23 @@ class ProbePlace(NamedTuple):
             return found
         away = np.linalg.norm(points_m - self.board_m, axis=1)
         found |= away < self.exclusion["board_radius_m"]
-        sides = points_m @ np.cross(self.sheet_m, np.roll(self.sheet_m, -1, axis=0)).T
+        sheet, sight = self.sheet_m - self.eye_m, points_m - self.eye_m
+        sides = sight @ np.cross(sheet, np.roll(sheet, -1, axis=0)).T
         return found | (sides > 0).all(axis=1) | (sides < 0).all(axis=1)
 
 
-def probe_places(poses: pd.DataFrame, probe: Mapping) -> list[ProbePlace]:
-    """Where the probe is in each frame of probe_pose.csv."""
+def viewpoint_of(sensor: Mapping) -> NDArray:
+    """Where the camera is in the frame of its points, (3,) [m]: of clouds elsewhere than 0."""
+    return np.array(sensor.get("cloud", {}).get("viewpoint_m", AT_ORIGIN), dtype=float)
+
+
+def probe_places(
+    poses: pd.DataFrame, probe: Mapping, eye_m: NDArray = AT_ORIGIN
+) -> list[ProbePlace]:
+    """Where the probe is in each frame of probe_pose.csv, seen by a camera there [m]."""
     exclusion, path = probe["exclusion"], (poses[TIP].to_numpy(float), poses[AXIS].to_numpy(float))
     if "marker" not in probe:
-        return [ProbePlace(*row, None, None, exclusion) for row in zip(*path, strict=True)]
+        return [ProbePlace(*row, None, None, exclusion, eye_m) for row in zip(*path, strict=True)]
     outline_m = board_of(probe["marker"]).outline_m
     centre = np.append(outline_m.mean(axis=0), 0)
     # What is printed and an even margin, so wide that the corners lie on the exclusion radius:
@@ -128,7 +136,8 @@ def probe_places(poses: pd.DataFrame, probe: Mapping) -> list[ProbePlace]:
     transforms = marker_transforms(poses)
     boards = transforms[:, :3, :3] @ centre + transforms[:, :3, 3]
     sheets = corners @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3]
-    return [ProbePlace(*row, exclusion) for row in zip(*path, boards, sheets, strict=True)]
+    rows = zip(*path, boards, sheets, strict=True)
+    return [ProbePlace(*row, exclusion, eye_m) for row in rows]
 
 
 def scene_points(
@@ -165,19 +174,63 @@ def _deprojected(depth_m: NDArray, spec: Mapping, range_m: tuple) -> NDArray:
     return pixel_rays(camera_from_spec(spec))[valid] * flat[valid, None]
 
 
+def scene_cloud(images: Mapping, sensor: Mapping, wanted: NDArray | None = None) -> Cloud:
+    """Like `scene_points`, of clouds too, whose normals are kept where their files have them.
+
+    Raises
+    ------
+    ValueError
+        If all points of a cloud are nearer or farther than the sensor's range.
+    """
+    if sensor["kind"] != "cloud":
+        return Cloud(scene_points(images, sensor, wanted))
+    away_m = np.linalg.norm(images["cloud"].points_m - viewpoint_of(sensor), axis=1)
+    nearest_m, farthest_m = sensor["range_m"]
+    found = images["cloud"].at((away_m >= nearest_m) & (away_m <= farthest_m))
+    if not len(found.points_m):
+        raise ValueError(
+            f"cloud: expected points {nearest_m:g} to {farthest_m:g} m from the camera (range_m),"
+            f" found them {np.median(away_m):.3g} m away (is their unit {sensor['cloud']['unit']}?)"
+        )
+    return found
+
+
 def table_of(folder: str | Path, sensor: Mapping, options: SupportPlane, *, seed: int) -> NDArray:
-    """Plane of the table from all frames of a background, as `fit_support_plane` finds it, (4,)."""
-    rng = np.random.default_rng(seed)
-    each = (scene_points(images, sensor) for images in all_streams(folder, sensor))
-    points = np.concatenate([rng.permutation(found)[:SAMPLES] for found in each])
-    return fit_support_plane(points, inlier_distance_m=options.inlier_distance_m, rng=rng)
+    """Plane of the table as `fit_support_plane` finds it, (4,).
+
+    From all frames of a background; of clouds without one from the first frame of a capture.
+    """
+    rng, eye_m, turn = np.random.default_rng(seed), viewpoint_of(sensor), np.eye(3)
+    empty = sensor["kind"] != "cloud" or Path(folder).name == BACKGROUND
+    images = all_streams(folder, sensor, None if empty else [0])
+    each = (scene_cloud(one, sensor).points_m for one in images)
+    points = np.concatenate([rng.permutation(found)[:SAMPLES] for found in each]) - eye_m
+    if eye_m.any():
+        # In axes of a camera there: z ahead, and y as far down as can be.
+        axes = [[0, 0, 1.0], [0, -1.0, 0]], [points.mean(axis=0), [0, 0, 1.0]]
+        turn = Rotation.align_vectors(*axes, weights=[np.inf, 1])[0].as_matrix()
+    within = {"inlier_distance_m": options.inlier_distance_m}
+    plane = fit_support_plane(points @ turn.T, **within, rng=rng, empty=empty)
+    normal = plane[:3] @ turn
+    return np.append(normal, plane[3] - normal @ eye_m)
+
+
+def background_points(
+    folder: str | Path, sensor: Mapping, plane: NDArray, options: Clouds
+) -> NDArray:
+    """What a background's clouds hold above the table, thinned, (n, 3) [m]; none without one."""
+    frames = all_streams(folder, sensor) if Path(folder).is_dir() else ()
+    each = (scene_cloud(images, sensor).points_m for images in frames)
+    high = [points[height_above(plane, points) > options.lowest_m] for points in each]
+    every = o3d.utility.Vector3dVector(np.concatenate([np.zeros((0, 3)), *high]))
+    return np.asarray(o3d.geometry.PointCloud(every).voxel_down_sample(options.voxel_m).points)
 
 
 def clouds_of(
     folder: str | Path,
     sensor: Mapping,
     probe: Mapping,
-    masks: Sequence[NDArray],
+    masks: Sequence[NDArray] | None,
     poses: pd.DataFrame,
     reach: Reach,
     options: Clouds,
@@ -191,8 +244,9 @@ def clouds_of(
         Of a capture.
     sensor, probe : mapping
         Specifications.
-    masks : sequence of (h, w) bool arrays
-        Of all frames.
+    masks : sequence of (h, w) bool arrays or None
+        Of all frames; None of a sensor of clouds, of whose points those near the points of the
+        background beside the capture, where there is one, are not the object's.
     poses : DataFrame
         probe_pose.csv.
     reach : Reach
@@ -205,41 +259,38 @@ def clouds_of(
     ValueError
         If a frame shows no points.
     """
-    camera, places = camera_from_spec(sensor["color"]), probe_places(poses, probe)
-    chosen = range(len(masks)) if frames is None else frames
+    places = probe_places(poses, probe, viewpoint_of(sensor))
+    if masks is None:
+        beside = Path(folder).parent / BACKGROUND
+        known = cKDTree(background_points(beside, sensor, reach.plane, options))
+    else:
+        camera = camera_from_spec(sensor["color"])
+    chosen = range(len(poses)) if frames is None else frames
     for k, images in zip(chosen, all_streams(folder, sensor, chosen), strict=True):
-        mask = masks[k]
-        points = scene_points(images, sensor, mask)
-        if not len(points):
-            nearest_m, farthest_m = sensor["range_m"]
-            expected = f"points {nearest_m:g} to {farthest_m:g} m away"
-            raise ValueError(f"frame {k}: depth: expected {expected}, found none")
         try:
-            cloud = object_cloud(points, mask, camera, places[k], reach, options)
+            scene = scene_cloud(images, sensor, None if masks is None else masks[k])
+            if not len(scene.points_m):
+                away = "{:g} to {:g} m away".format(*sensor["range_m"])
+                raise ValueError(f"depth: expected points {away}, found none")
+            if masks is None:
+                nearest = known.query(scene.points_m, distance_upper_bound=options.lowest_m)
+                new = np.isinf(nearest[0])
+            else:
+                new = in_mask(scene.points_m, masks[k], camera)
+            cloud = object_cloud(scene.at(new), places[k], reach, options)
         except ValueError as error:
             raise ValueError(f"{folder}: frame {k}: {error}") from error
         logging.info("frame %d: %d points", k, len(cloud.points_m))
         yield cloud
 
 
-def object_cloud(
-    points_m: NDArray,
-    mask: NDArray,
-    camera: PinholeCamera,
-    place: ProbePlace,
-    reach: Reach,
-    options: Clouds,
-) -> Cloud:
+def object_cloud(scene: Cloud, place: ProbePlace, reach: Reach, options: Clouds) -> Cloud:
     """Keep of a frame's points the object's, thinned and with normals (Eq. 4.4-4.6).
 
     Parameters
     ----------
-    points_m : (n, 3) array
-        Points of the scene, camera frame [m].
-    mask : (h, w) bool array
-        Foreground of the reference camera.
-    camera : PinholeCamera
-        The reference camera.
+    scene : Cloud
+        Points that are not the background's.
     place : ProbePlace
     reach : Reach
     options : Clouds
@@ -249,20 +300,25 @@ def object_cloud(
     ValueError
         If nothing is left, or the object goes on where its template ends.
     """
-    seen = points_m[height_above(reach.plane, points_m) > options.lowest_m]
-    seen = seen[in_mask(seen, mask, camera)]
-    seen = seen[~place.holds(seen)]
-    kept = seen[reach.holds(seen)]
-    if len(kept) <= options.normal_neighbours:
-        raise ValueError(f"cloud: expected points of the object, found {len(kept)}")
-    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(kept))
+    scene = scene.at(height_above(reach.plane, scene.points_m) > options.lowest_m)
+    scene = scene.at(~place.holds(scene.points_m))
+    seen, kept = scene.points_m, scene.at(reach.holds(scene.points_m))
+    if len(kept.points_m) <= options.normal_neighbours:
+        raise ValueError(f"cloud: expected points of the object, found {len(kept.points_m)}")
+    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(kept.points_m))
+    if kept.normals is not None:
+        cloud.normals = o3d.utility.Vector3dVector(kept.normals)
+        cloud.orient_normals_towards_camera_location(place.eye_m)
     cloud = cloud.voxel_down_sample(options.voxel_m)
     cloud, _ = cloud.remove_statistical_outlier(OUTLIER_NEIGHBOURS, OUTLIER_RATIO)
     cloud = cloud.select_by_index(_piece_at(reach.tip_m, cloud, options.cluster_gap_m))
     low = seen[height_above(reach.plane, seen) < reach.height_m / 2]
     _check_end(np.asarray(cloud.points), low, reach, options.cluster_gap_m)
-    cloud.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(options.normal_neighbours))
-    cloud.orient_normals_towards_camera_location(np.zeros(3))
+    if cloud.has_normals():
+        cloud.normalize_normals()
+    else:
+        cloud.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(options.normal_neighbours))
+    cloud.orient_normals_towards_camera_location(place.eye_m)
     return Cloud(np.asarray(cloud.points), np.asarray(cloud.normals))
 
 

@@ -1,4 +1,4 @@
-"""Whether a capture's pictures show the object and plausible depths, in time."""
+"""Whether a capture's pictures, or clouds, show the object and plausible depths, in time."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,6 +9,7 @@ import numpy as np
 from palpate.capture.findings import Findings
 from palpate.capture.images import Stream, depth_of, grey
 from palpate.capture.tables import FRAMES, read_frames
+from palpate.vision.clouds import scene_cloud
 
 # A frame's grey levels.
 DARKEST, BRIGHTEST, BLACK = 15, 240, 1
@@ -34,8 +35,14 @@ def examine_frames(folder: Path, sensor: Mapping) -> Findings:
     -------
     Findings
     """
-    first = grey(Stream(folder, sensor)[0])
-    found, level = _timing(folder, first.shape), float(first.mean())
+    first = Stream(folder, sensor)[0]
+    if sensor["kind"] == "cloud":
+        count, seen = (len(one.points_m) for one in (first, scene_cloud({"cloud": first}, sensor)))
+        kind = f"points with{'' if first.normals is not None else 'out'} normals"
+        return _timing(folder, f"{count} {kind}, {seen / count:.0%} of them in range")
+    first = grey(first)
+    found = _timing(folder, f"{first.shape[1]} x {first.shape[0]} px")
+    level = float(first.mean())
     if not DARKEST <= level <= BRIGHTEST:
         expected = f"grey levels of {DARKEST} to {BRIGHTEST} on average"
         found += _seldom(f"{folder}: frames", expected, f"{level:.0f}", wrong=level < BLACK)
@@ -44,6 +51,8 @@ def examine_frames(folder: Path, sensor: Mapping) -> Findings:
 
 def examine_scene(folder: Path, background: Path, sensor: Mapping) -> Findings:
     """Whether a capture's first frame shows something new, and the scene is the background's."""
+    if sensor["kind"] == "cloud":
+        return Findings()
     images = (grey(Stream(place, sensor)[0]) for place in (folder, background))
     smooth = [cv2.blur(image, (BLUR_PX, BLUR_PX)).astype(int) for image in images]
     share = float((np.abs(smooth[0] - smooth[1]) > CHANGED).mean())
@@ -63,12 +72,12 @@ def _seldom(place: str, expected: str, found: str, *, wrong: bool = False) -> Fi
     return Findings((line,)) if wrong else Findings(doubts=(line,))
 
 
-def _timing(folder: Path, shape: tuple[int, int]) -> Findings:
+def _timing(folder: Path, size: str) -> Findings:
     time = read_frames(folder)["time_s"].to_numpy(float)
     steps = np.diff(time)
     usual, longest = float(np.median(steps)), float(steps.max())
     rate = f"{len(time)} frames over {time[-1] - time[0]:.2f} s ({1 / usual:.1f} Hz)"
-    found = Findings(found=(f"{rate}, {shape[1]} x {shape[0]} px",))
+    found = Findings(found=(f"{rate}, {size}",))
     if longest > LONGEST_GAP * usual:
         expected, gap = f"frames about {usual:.3f} s apart", f"a gap of {longest:.2f} s"
         found += _seldom(f"{folder / FRAMES}: time_s", expected, gap)

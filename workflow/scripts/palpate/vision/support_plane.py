@@ -21,25 +21,30 @@ LEAST_PART = 0.25
 # And the largest so much of all that is seen there: false matches on a table of one colour make
 # planes too, of a fifth (the lab's devices see 77 to 100 %, among clutter a third).
 LEAST_SHARE = 0.25
+# Where the object is in view: its top is as level as this, and no higher above the table [m].
+LEVEL_COSINE, HIGHEST_M = np.cos(np.deg2rad(10)), 0.3
 # Files are rounded by whoever writes them; a normal of another length is none.
 UNIT_TOLERANCE = 1e-3
 
 
 def fit_support_plane(
-    points_m: NDArray, *, inlier_distance_m: float, rng: np.random.Generator
+    points_m: NDArray, *, inlier_distance_m: float, rng: np.random.Generator, empty: bool = True
 ) -> NDArray:
     """Find the plane that objects stand on: RANSAC, then least squares on its inliers.
 
     It is the nearest level one in the middle of the picture, where the object stands: behind a
-    small table a wall or the floor has more points. Where no plane is level, all count.
+    small table a wall or the floor has more points. Where no plane is level, all count. With the
+    object in view it is the largest one, above which an object's top may be level too.
 
     Parameters
     ----------
     points_m : (n, 3) array
-        Cloud of the empty scene, camera frame [m].
+        Cloud of the scene, camera frame [m].
     inlier_distance_m : float
         Distance up to which a point belongs to the plane [m].
     rng : numpy.random.Generator
+    empty : bool, optional
+        Whether the object is not in the scene.
 
     Returns
     -------
@@ -49,12 +54,11 @@ def fit_support_plane(
     Raises
     ------
     ValueError
-        If there are too few points, or they lie on no plane.
+        If there are too few points, they lie on no plane, or on more than can be told apart.
     """
-    if len(points_m) < FEWEST_POINTS:
-        raise ValueError(
-            f"background depth: expected at least {FEWEST_POINTS} points, found {len(points_m)}"
-        )
+    name, count = "background depth" if empty else "first cloud", len(points_m)
+    if count < FEWEST_POINTS:
+        raise ValueError(f"{name}: expected at least {FEWEST_POINTS} points, found {count}")
 
     def near(points: NDArray, plane: NDArray, distances: int = 1) -> NDArray:
         return np.abs(height_above(plane, points)) < distances * inlier_distance_m
@@ -72,16 +76,25 @@ def fit_support_plane(
         left = left[~near(left, plane, APART)]
     seen = sample[:, :2] / sample[:, 2:]
     low, high = np.quantile(seen, [0.25, 0.75], axis=0)
-    middle = sample[((seen > low) & (seen < high)).all(axis=1)]
+    middle = sample[((seen > low) & (seen < high)).all(axis=1)] if empty else sample
     parts = [near(middle, plane).mean() for plane in found]
     if max(parts) < LEAST_SHARE:
         raise ValueError(
-            f"background depth: expected a plane with {LEAST_SHARE:.0%} or more of what is seen in"
+            f"{name}: expected a plane with {LEAST_SHARE:.0%} or more of what is seen in"
             f" the middle of the picture, found {max(parts):.0%} (a table without a pattern?)"
         )
     large = [k for k, part in enumerate(parts) if part >= LEAST_PART * max(parts)]
     level = [k for k in large if found[k][:3] @ UP > LEAST_COSINE] or large
-    taken = min(level, key=lambda k: found[k][3])
+    taken = min(level, key=lambda k: found[k][3] if empty else -parts[k])
+    for k in set(level) - {taken} if not empty else ():
+        lower_m = found[k][3] - found[taken][3]
+        if found[k][:3] @ found[taken][:3] > LEVEL_COSINE and not -HIGHEST_M < lower_m < 0:
+            where = f"{abs(lower_m):.3f} m {'below' if lower_m > 0 else 'above'} it"
+            raise ValueError(
+                f"{name}: expected the table as its largest plane, and of level ones no other than"
+                f" an object's top, found one {where} ({parts[k]:.0%} of the points for"
+                f" {parts[taken]:.0%}): which is the table? (record a background)"
+            )
     text = "table: %.3f m from the camera, %.0f %% of the middle of the picture, of %d level planes"
     logging.info(text, found[taken][3], 100 * parts[taken], len(level))
     return found[taken]

@@ -85,6 +85,11 @@ class OwnObjects:
             self.run.results(f"{g['object']}/{g['sensor']}/{name}") for g in self.groups(wildcards)
         ]
 
+    def masks(self, wildcards: Any) -> list[str]:
+        """Masks of those first captures that have pictures."""
+        seen = [c for c in self.first(wildcards) if "color" in self.run.sensors[c["sensor"]]]
+        return self.run.files(seen, "mask.npz")
+
     def sensors(self, wildcards: Any) -> list[Mapping]:
         """Sensors of the first captures of an object."""
         return [self.run.sensors[c["sensor"]] for c in self.first(wildcards)]

@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from palpate.capture.discover import CaptureId, folder_fingerprint
+from palpate.capture.discover import BACKGROUND, CaptureId, folder_fingerprint, sensor_folder
 from palpate.config.probe import PARTS, asked
 from palpate.config.sensor import HAND_EYE, asks_for_base
 from palpate.solid.options import first_images
@@ -205,6 +205,24 @@ class Run:
         if self.sensors[wildcards.sensor].get("optics") != "calibration":
             return []
         return self.results(f"sensors/{wildcards.sensor}/calibration.json")
+
+    def scene_of(self, wildcards: Any) -> str:
+        """Folder that shows what an object stands on; clouds do without a background."""
+        place = sensor_folder(Path(self.raw(f"{wildcards.object}/{wildcards.sensor}")))
+        dropped = wildcards.object not in self._made
+        return str(place.scene if dropped and self._in_clouds(wildcards) else place.background)
+
+    def background_of(self, wildcards: Any) -> str | list:
+        """Clouds of the empty scene where there are some; pictures have `mask_of` for it."""
+        scene = self.scene_of(wildcards)
+        return scene if self._in_clouds(wildcards) and Path(scene).name == BACKGROUND else []
+
+    def mask_of(self, wildcards: Any) -> str | list:
+        """Foreground of a capture's pictures; clouds have none."""
+        return [] if self._in_clouds(wildcards) else self.of_capture("mask.npz")
+
+    def _in_clouds(self, wildcards: Any) -> bool:
+        return self.sensors[wildcards.sensor]["kind"] == "cloud"
 
     def calibrations_of(self, wildcards: Any) -> list[str]:
         """A sensor's own calibrations of the probe and of the base of poses, where files ask."""

@@ -27,6 +27,7 @@ from palpate.npz import read_shaped, write_npz
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_camera, to_object
 from palpate.surface.template import Template
+from palpate.vision.clouds import viewpoint_of
 
 # A sample's own few frames at rest, against the deviation of all samples: worth so many frames.
 POOLED_FRAMES = 6.0
@@ -87,7 +88,8 @@ def views_of(sensor: Mapping) -> NDArray:
     ----------
     sensor : mapping
         The sensor's file: both cameras of a stereo head, else the depth camera, and with its
-        baseline the projector of structured light, which is taken to stand on its right.
+        baseline the projector of structured light, which is taken to stand on its right; of clouds
+        their viewpoint.
 
     Raises
     ------
@@ -97,8 +99,10 @@ def views_of(sensor: Mapping) -> NDArray:
     kind = sensor["kind"]
     if kind == "stereo":
         return np.array([[0, 0, 0], [sensor["stereo"]["baseline_m"], 0, 0]], dtype=float)
+    if kind == "cloud":
+        return viewpoint_of(sensor)[None]
     if kind not in ("structured_light", "depth"):
-        raise ValueError(f"kind: expected stereo, structured_light or depth, found {kind}")
+        raise ValueError(f"kind: expected stereo, structured_light, depth or cloud, found {kind}")
     depth = sensor["depth"]
     projects = kind == "structured_light" and "baseline_m" in depth
     places = [0.0, depth["baseline_m"]] if projects else [0.0]
