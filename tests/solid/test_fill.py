@@ -14,7 +14,7 @@ from palpate.solid.quality import (
     surface_gap,
 )
 from palpate.solid.support import Support
-from virtual_lab.ear import ear_distance
+from virtual_lab.signed_distance import ear_distance
 
 
 def on_the_table(mesh):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.ndimage import label
-from virtual_lab.ear import EAR_BOX_M, LOBE_POINT_XY_M, ear_distance, uncut_ear_distance
+from virtual_lab.signed_distance import EAR_BOX_M, ear_distance, uncut_ear_distance
 
 SPACING_M = 0.0015
 
@@ -81,7 +81,7 @@ def test_slopes_like_a_distance(near):
 
 
 def test_lobe_faces_up_and_is_thick_and_smooth():
-    x, y = LOBE_POINT_XY_M
+    x, y = (-0.0345, 0.0010)
     top = height(x, y)
     normal = gradient(np.array([[x, y, top]]))[0]
     assert normal[2] / np.linalg.norm(normal) > np.cos(np.deg2rad(10))

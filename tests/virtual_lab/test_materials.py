@@ -1,9 +1,8 @@
-"""Constitutive laws, relaxation and softening against derivatives and closed forms."""
+"""Constitutive laws and relaxation against derivatives and closed forms."""
 
 import numpy as np
 import pytest
-from scipy.special import erf
-from virtual_lab.material import LAWS, lame, relaxed_force, softening
+from virtual_lab.material import LAWS, lame, relaxed_force
 
 
 @pytest.mark.parametrize("name", sorted(LAWS))
@@ -42,14 +41,3 @@ def test_relaxation_of_a_step_and_of_a_ramp():
     for g, tau in zip(series["fractions"], series["times_s"], strict=True):
         integral = integral + g * tau * (1 - np.exp(-time_s / tau))
     assert np.allclose(ramp, integral, atol=1e-9)
-
-
-def test_a_first_loading_softens_what_follows():
-    """Down, half up, down again and up: W of a force c d^1.5 is as d^2.5."""
-    depth = np.concatenate([np.linspace(0, 4, 401), np.linspace(4, 2, 201), np.linspace(2, 5, 301)])
-    depth = np.concatenate([depth, np.linspace(5, 0, 501)]) * 1e-3
-    left = softening(depth, 3.0 * depth**1.5, 0.4)
-    assert np.all(left[:401] == 1) and np.all(left[803:903] == 1)
-    assert left[601] == pytest.approx(1 - 0.4 * erf((1 - 0.5**2.5) / 0.3), rel=1e-4)
-    assert left[802] == pytest.approx(1, abs=1e-3)
-    assert left[-1] == pytest.approx(0.6, rel=1e-4)

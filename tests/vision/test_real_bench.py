@@ -13,8 +13,7 @@ from palpate.vision.foreground import camera_shift, masks_of
 from palpate.vision.options import Background, Clouds, SupportPlane
 from palpate.vision.support_plane import fit_support_plane
 from virtual_lab.paint import table_texture
-from virtual_lab.parts import OBJECT, PROBE_PARTS, PROP, Part, bench_props
-from virtual_lab.probe import make_probe
+from virtual_lab.probe import OBJECT, PROBE_PARTS, PROP, Part, bench_props, make_probe
 from virtual_lab.render import Light, PosedCamera, look_at, render
 from virtual_lab.rig import Exposure
 from virtual_lab.scene import NO_FINISH, Bench, Scene

@@ -35,7 +35,7 @@ def lab_problems(lab: Mapping, sensors: Mapping, source: str) -> list[str]:
     """
     lines = []
     for name, spec in lab["objects"].items():
-        spec = {"device": lab.get("device", {})} | spec
+        spec = {name: lab.get(name, {}) for name in ("device", "poses")} | spec
         lines += [f"{source}: objects.{name}.{line}" for line in _object(spec, sensors)]
     for name, options in lab.get("experiments", {}).items():
         found = _experiment(name, options, lab, sensors)
@@ -58,6 +58,8 @@ def _object(spec: Mapping, sensors: Mapping) -> Iterator[str]:
         unknown = {str(c).split("-")[0] for c in captures} - set(points)
         if unknown:
             yield f"recordings.{sensor}: expected points of object.points, found {min(unknown)}"
+        if "base" in sensors.get(sensor, {}):
+            yield from _followed(sensor, spec, sensors)
     for sensor in sorted(set(spec.get("devices", {})) - set(spec["cameras"])):
         yield f"devices: expected some of {', '.join(spec['cameras'])}, found {sensor}"
     for sensor, device in spec.get("devices", {}).items():
@@ -72,8 +74,18 @@ def _object(spec: Mapping, sensors: Mapping) -> Iterator[str]:
         yield from point_problems(shape, place, deepest_m, field)
     for number, point in points.items():
         yield from _direction(f"object.points.{number}.direction", point.get("direction", DOWN))
-    for capture, found in spec.get("pressed_along", {}).items():
-        yield from _direction(f"pressed_along.{capture}", found)
+
+
+def _followed(sensor: str, spec: Mapping, sensors: Mapping) -> Iterator[str]:
+    """What the lab needs to record poses, and clouds."""
+    base, field = sensors[sensor]["base"], f"recordings.{sensor}: expected"
+    if (found := base.get("name")) not in spec["poses"]:
+        yield f"{field} base.name of its file among {', '.join(spec['poses'])}, found {found}"
+    if base["camera_from_base"] == "calibration":
+        yield f"{field} base.camera_from_base of its file in numbers, found calibration"
+    camera = spec.get("seeded_as", {}).get(sensor)
+    if "cloud" in sensors[sensor] and "depth" not in sensors.get(camera, {}):
+        yield f"{field} seeded_as a sensor with a depth camera, found {camera}"
 
 
 def _missing(spec: Mapping) -> Iterator[str]:
@@ -99,7 +111,7 @@ def _material(material: Mapping, kind: str) -> Iterator[str]:
 
 def _motions(spec: Mapping) -> Iterator[str]:
     recorded = {str(capture) for captures in spec["recordings"].values() for capture in captures}
-    for block in ("motions", "pressed_at", "pressed_along"):
+    for block in ("motions", "pressed_at"):
         for capture in sorted(set(spec.get(block, {})) - recorded):
             yield f"{block}: expected captures of recordings, found {capture}"
     motions = {"motion": spec["motion"]}

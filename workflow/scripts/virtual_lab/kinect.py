@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from palpate.capture.images import DISPARITY, count_m
+from palpate.capture.images import DISPARITY, count_m, depth_of
 
 from virtual_lab.render import LIFT_M, PosedCamera
 from virtual_lab.scene import Scene, dot, look_at_hits
@@ -29,8 +29,7 @@ class KinectDepth:
     """Depth camera that matches its dot pattern with a 9 x 9 window.
 
     The firmware knows its lens: candidates are compared in undistorted coordinates. It searches
-    the disparities that occur in the scene, so gross false matches outside them do not occur; with
-    the option ``whole_range`` those of all its range.
+    the disparities that occur in the scene, so gross false matches outside them do not occur.
 
     Parameters
     ----------
@@ -82,8 +81,6 @@ class KinectDepth:
             return np.full(self.shape, nothing, dtype=np.uint16)
         infrared = self.infrared(disparity, strength, rng)
         ends = disparity[seen].min(), disparity[seen].max()
-        if self.options.get("whole_range"):
-            ends = self.product / self.range_m[1], self.product / self.range_m[0]
         found, score = self._match(infrared, *ends)
         depth = self.product / np.maximum(found, 1e-6)
         found = found + self.distortion_px
@@ -96,6 +93,12 @@ class KinectDepth:
         valid &= (depth > self.range_m[0]) & (depth < self.range_m[1])
         rounded = np.round(np.where(valid, counts, 0)).astype(np.uint16)
         return np.where(valid, rounded, nothing).astype(np.uint16)
+
+    def points(self, image: NDArray) -> NDArray:
+        """Points of an image's readings in its order, colour camera's frame, (n, 3) [m]."""
+        depth, pose = depth_of(image, self.spec).ravel(), np.array(self.spec["color_from_depth"])
+        local = self.view.camera.rays(self.view.camera.pixel_grid()) * depth[:, None]
+        return local[np.isfinite(depth)] @ pose[:3, :3].T + pose[:3, 3]
 
     def true_signal(self, scene: Scene) -> tuple[NDArray, NDArray]:
         """Exact disparity f b / Z [px], NaN where nothing is seen, and the light that returns."""

@@ -1,14 +1,11 @@
-"""Materials of the lab's objects: hyperelastic laws, relaxation, softening by a first loading."""
+"""Materials of the lab's objects: hyperelastic laws and their relaxation."""
 
 from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import erf
 
 GENT_LIMIT, HILL_EXPONENT = 10.0, 8.0
-# Part of the most work ever done, over which a first loading's softening comes in.
-SOFTENED_WITHIN = 0.3
 # Squares of stretches so near to each other are one.
 SAME = 1e-5
 
@@ -203,29 +200,3 @@ def relaxed_force(
             part[k + 1] = decay[k] * part[k] + gain[k]
         force = force + part
     return force
-
-
-def softening(depth_m: NDArray, force_n: NDArray, loss: float) -> NDArray:
-    """What a first loading leaves of rubber's force (Mullins), as of Ogden and Roxburgh 1999.
-
-    At growing depth all of it; short of the maximum depth so far
-    1 - loss erf((W_max - W)/(0.3 W_max)), with the work W of the first loading to a depth.
-
-    Parameters
-    ----------
-    depth_m, force_n : (n,) arrays
-        Depth in the order of time [m] and the force of the first loading [N].
-    loss : float
-        Share that is lost at zero depth.
-
-    Returns
-    -------
-    (n,) array
-    """
-    order = np.argsort(depth_m, kind="stable")
-    steps = np.diff(depth_m[order]) * (force_n[order][1:] + force_n[order][:-1]) / 2
-    work = np.empty(len(depth_m))
-    work[order] = np.concatenate([[0.0], np.cumsum(steps)])
-    most = np.maximum.accumulate(work)
-    scale = SOFTENED_WITHIN * np.maximum(most, np.finfo(float).tiny)
-    return 1 - loss * erf((most - work) / scale)

@@ -78,8 +78,7 @@ class SolidPaint:
     ----------
     options : mapping
         ``paint`` block of lab.yaml: ``colour``, ``mottle`` (relative contrast), ``mottle_m`` (its
-        scale), ``dots`` (a count), ``dot_radius_m`` (least, largest), ``gloss``, ``shininess``;
-        ``pitch_m`` of a mottle that repeats instead.
+        scale), ``dots`` (a count), ``dot_radius_m`` (least, largest), ``gloss``, ``shininess``.
     surface_m : (n, 3) array
         Vertices of the undeformed surface [m], where dots are put.
     rng : numpy.random.Generator
@@ -106,8 +105,6 @@ class SolidPaint:
 
     def _mottle(self, rest_m: NDArray) -> NDArray:
         """Pattern of about unit deviation at undeformed points, (n,)."""
-        if pitch_m := self.options.get("pitch_m"):
-            return np.sqrt(2 / 3) * np.sin(2 * np.pi * rest_m / pitch_m).sum(axis=1)
         scale = self.options["mottle_m"]
         return sum(
             map_coordinates(self.volume, (rest_m / s).T, order=1, mode="grid-wrap") * weight

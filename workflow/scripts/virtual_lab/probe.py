@@ -1,21 +1,55 @@
-"""Parts of a scene: the probe, and its target, a checkerboard or OpenCV's ChArUco board."""
+"""Parts of a scene: the probe with its checkerboard, and what stands about on the table."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
+from trimesh.transformations import rotation_matrix
 
-from virtual_lab.parts import GRIP, METAL, SPHERE, TARGET, Finish, Part
-
+TABLE, OBJECT, SPHERE, METAL, GRIP, TARGET, PROP = range(7)
+PROBE_PARTS = (SPHERE, METAL, GRIP, TARGET)
+WALL_M, FLOOR_M = 1.22, -0.72
 # Linear reflectance of paper and ink; the target's margin and thickness.
 WHITE, BLACK = 0.80, 0.030
 MARGIN_M, THICKNESS_M = 0.016, 0.003
-# Pixels to a square that are tried, so that tags and their cells are whole numbers of them.
-PIXELS = range(8, 401)
+
+
+@dataclass(frozen=True)
+class Finish:
+    """How a plain surface looks.
+
+    Attributes
+    ----------
+    colour : tuple of float
+        Linear reflectance in red, green and blue.
+    gloss, shininess : float
+        Strength and exponent of the specular highlight: the larger, the sharper.
+    """
+
+    colour: tuple[float, float, float]
+    gloss: float
+    shininess: float = 40.0
+
+
+@dataclass(frozen=True)
+class Part:
+    """A mesh of one kind (``TABLE`` ... ``PROP``) and finish.
+
+    Attributes
+    ----------
+    kind : int
+    vertices_m : (n, 3) array
+    faces : (m, 3) int array
+    finish : Finish
+    """
+
+    kind: int
+    vertices_m: NDArray
+    faces: NDArray
+    finish: Finish
+
 
 # Linear reflectance and gloss of the plain parts.
 STONE = Finish((0.30, 0.29, 0.28), 0.02)
@@ -69,68 +103,18 @@ class Checkerboard:
         return dark * (_inside(x, self.squares[0], width) * _inside(y, self.squares[1], width))
 
 
-@dataclass(frozen=True)
-class CharucoBoard(Checkerboard):
-    """A ChArUco board.
-
-    Attributes
-    ----------
-    black : (h + 1, w + 1) array
-        Sums of the pixels that are black, above and left of each pixel's corner.
-    pixels : int
-        To a square.
-    """
-
-    black: NDArray
-    pixels: int
-
-    def _dark(self, x: NDArray, y: NDArray, width: NDArray) -> NDArray:
-        half = width / 2
-        low, high = (np.stack([y, x]) + sign * half for sign in (-1, 1))
-        sums = [
-            map_coordinates(self.black, self.pixels * np.stack(ends), order=1, mode="nearest")
-            for ends in (high, (low[0], high[1]), (high[0], low[1]), low)
-        ]
-        return (sums[0] - sums[1] - sums[2] + sums[3]) / (2 * half * self.pixels) ** 2
-
-
 def make_target(marker: Mapping) -> Checkerboard:
     """Make the target of a ``marker`` block.
 
     Raises
     ------
     ValueError
-        If the lab has no such target, or its tags' cells and squares have no common measure.
+        If the lab has no such target.
     """
-    kind = marker.get("kind", "checkerboard")
-    if kind == "charuco":
-        return _charuco(marker)
-    if kind != "checkerboard":
-        raise ValueError(f"marker.kind: expected checkerboard or charuco in the lab, found {kind}")
+    if (kind := marker.get("kind", "checkerboard")) != "checkerboard":
+        raise ValueError(f"marker.kind: expected checkerboard in the lab, found {kind}")
     columns, rows = marker["inner_corners"]
     return Checkerboard((columns + 1, rows + 1), marker["square_m"])
-
-
-def _charuco(marker: Mapping) -> CharucoBoard:
-    squares, share = tuple(marker["squares"]), marker["tag_m"] / marker["square_m"]
-    name = getattr(cv2.aruco, f"DICT_{marker['dictionary']}")
-    dictionary = cv2.aruco.getPredefinedDictionary(name)
-    cells = dictionary.markerSize + 2
-    fitting = (n for n in PIXELS if _whole(n * share / cells) and _whole((n - n * share) / 2))
-    pixels = next(fitting, None)
-    if pixels is None:
-        raise ValueError(
-            f"marker.tag_m: expected a simple part of square_m for the lab's board, found {share:g}"
-        )
-    board = cv2.aruco.CharucoBoard(squares, 1.0, share, dictionary)
-    board.setLegacyPattern(bool(marker.get("white_first")))
-    image = board.generateImage((squares[0] * pixels, squares[1] * pixels), marginSize=0)
-    black = np.pad((image < 128).astype(float), ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
-    return CharucoBoard(squares, marker["square_m"], black, pixels)
-
-
-def _whole(value: float) -> bool:
-    return abs(value - round(value)) < 1e-6
 
 
 def _square_wave(x: NDArray, width: NDArray) -> NDArray:
@@ -196,3 +180,42 @@ def target_alone(target: Checkerboard) -> Probe:
 def _cylinder(start: float, stop: float, radius: float) -> tuple:
     mesh = trimesh.creation.cylinder(radius=radius, height=stop - start, sections=96)
     return mesh.vertices + [0, 0, -(start + stop) / 2], mesh.faces
+
+
+def bench_props() -> tuple[Part, ...]:
+    """Floor, wall, mug, books, pen and tape: still, well behind the object."""
+    floor, wall = [[-3, -3, 0], [3, -3, 0], [3, 3, 0], [-3, 3, 0]], [[-3, 0, -1], [3, 0, -1]]
+    wall += [[3, 0, 2], [-3, 0, 2]]
+    create, mug = trimesh.creation, Finish((0.62, 0.60, 0.55), 0.25, 60.0)
+    cup = create.annulus(r_min=0.037, r_max=0.041, height=0.095, sections=96)
+    handle = create.torus(major_radius=0.026, minor_radius=0.0055)
+    handle.apply_transform(rotation_matrix(np.pi / 2, [1, 0, 0]))
+    bottom = create.cylinder(radius=0.038, height=0.006, sections=96)
+    tape = create.annulus(r_min=0.038, r_max=0.052, height=0.025, sections=96)
+    place = np.array([-0.33, 0.36, 0.0])
+    return (
+        _flat(floor, [0, 0, FLOOR_M], (0.20, 0.20, 0.21)),
+        _flat(wall, [0, WALL_M, 0], (0.52, 0.54, 0.52)),
+        _prop(cup, place + [0, 0, 0.0475], mug),
+        _prop(handle, place + [0.045, 0, 0.05], mug),
+        _prop(bottom, place + [0, 0, 0.003], mug),
+        _box((0.21, 0.15, 0.022), (0.31, 0.34, 0.0), 24, Finish((0.10, 0.16, 0.34), 0.10)),
+        _box((0.19, 0.13, 0.016), (0.315, 0.345, 0.022), 11, Finish((0.46, 0.10, 0.08), 0.12)),
+        _box((0.17, 0.005, 0.004), (0.02, 0.33, 0.0), -35, Finish((0.04, 0.20, 0.10), 0.3)),
+        _prop(tape, np.array([-0.08, 0.42, 0.0125]), Finish((0.55, 0.42, 0.20), 0.2)),
+    )
+
+
+def _flat(corners_m: list, shift_m: list, colour: tuple) -> Part:
+    vertices = np.array(corners_m, dtype=float) + shift_m
+    return Part(PROP, vertices, np.array([[0, 1, 2], [0, 2, 3]]), Finish(colour, 0.0))
+
+
+def _box(size: tuple, place: tuple, turn_deg: float, finish: Finish) -> Part:
+    box = trimesh.creation.box(extents=size)
+    box.apply_transform(rotation_matrix(np.deg2rad(turn_deg), [0, 0, 1]))
+    return _prop(box, np.array(place) + [0, 0, size[2] / 2], finish)
+
+
+def _prop(mesh: trimesh.Trimesh, shift: NDArray, finish: Finish) -> Part:
+    return Part(PROP, np.asarray(mesh.vertices) + shift, np.asarray(mesh.faces), finish)

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from palpate.capture.tables import write_force, write_frames
 
 from virtual_lab.load_steps import LoadSteps
-from virtual_lab.material import relaxed_force, softening
+from virtual_lab.material import relaxed_force
 from virtual_lab.motion import Operator, ProbeMotion
-from virtual_lab.parts import OBJECT, PROBE_PARTS
-from virtual_lab.probe import Probe, make_probe
+from virtual_lab.poses import record_poses
+from virtual_lab.probe import OBJECT, PROBE_PARTS, Probe, make_probe
 from virtual_lab.render import MOVING_SAMPLES, Layer, render_change
 from virtual_lab.rig import Rig
 from virtual_lab.scene import Scene
@@ -89,6 +89,7 @@ def record_capture(
 
     stop_s = operator.frames / motion["frame_rate_hz"]
     lead_s, rate_hz = rig.common["force"]["lead_s"], rig.common["force"]["rate_hz"]
+    rate_hz = rig.sensor.get("base", {}).get("force_rate_hz", rate_hz)
     samples_s = np.arange(round((stop_s + lead_s + lead_s) * rate_hz)) / rate_hz - lead_s
     sampled = operator.at(samples_s)
     force_n = _force(steps, spec["material"], sampled)
@@ -99,11 +100,13 @@ def record_capture(
     body = Body(steps.surface_rest_m, steps.surface_faces, surfaces)
     how = {"seed": [*seed, 3], "numbers": kept, "jolted": jolted}
     masks = write_images(folder, rig, body, path, probe, **how)
+    tracked = probe_spec.get("tracked", "")
+    followed = record_poses(folder, rig, operator, probe, tracked=tracked, seed=seed)
     path, surfaces = operator.at(time_s), surfaces[:: len(moments_s)]
     to_camera = rig.reference.camera_from_object
     turn = to_camera[:3, :3]
     force = np.column_stack([np.interp(time_s, samples_s, part) for part in force_n.T])
-    return {
+    return followed | {
         "time_s": time_s,
         "tip_m": rig.reference.local(path.tip_m),
         "axis": path.object_from_force[:, :, 2] @ turn.T,
@@ -120,10 +123,8 @@ def record_capture(
 
 
 def _force(steps: LoadSteps, material: Mapping, path: ProbeMotion) -> NDArray:
-    """Force of the object on the tip along a path (n, 3) [N], softened and relaxed."""
+    """Force of the object on the tip along a path (n, 3) [N], relaxed."""
     force = steps.force_vector_at(path.depth_m)
-    if loss := material.get("mullins"):
-        force *= softening(path.depth_m, steps.force_at(path.depth_m), loss)[:, None]
     series = material["relaxation"]
     return np.column_stack([relaxed_force(path.time_s, part, **series) for part in force.T])
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from palpate.vision.camera import PinholeCamera
 from scipy.spatial.transform import Rotation
 
-from virtual_lab.parts import OBJECT, PROBE_PARTS
+from virtual_lab.probe import OBJECT, PROBE_PARTS
 from virtual_lab.scene import Scene, dot, look_at_hits, unit
 
 RAYS_AT_ONCE = 16_000
@@ -82,7 +82,7 @@ class Layer:
     colour : (h, w, 3) float32 array
         Linear radiance.
     kind : (h, w) int8 array
-        What each pixel's centre sees (`virtual_lab.parts`), -1 for nothing.
+        What each pixel's centre sees (`virtual_lab.probe`), -1 for nothing.
     lit : (h, w) bool array
         Whether the key light's centre reaches it.
     """

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 # Of lab.yaml: what no recording needs.
-APART = ("objects", "experiments", "simulated_block", "laser")
+APART = ("objects", "experiments", "simulated_block", "laser", "poses")
 # Of an object's block: what its form, its looks and its description do not depend on.
-RECORDED = ("recordings", "scan", "motions", "seeded_as", "pressed_at", "pressed_along", "devices")
+RECORDED = ("recordings", "scan", "motions", "seeded_as", "pressed_at", "devices")
 
 
 @dataclass(frozen=True)
@@ -64,10 +64,17 @@ class LabRules:
         return {k: v for k, v in spec.items() if k not in RECORDED} | own
 
     def sensor(self, wildcards: Any) -> Mapping:
-        """A sensor's file, under the name that what is drawn of it goes by."""
-        named = self.run.lab["objects"][wildcards.object].get("seeded_as", {})
-        spec = self.run.sensor_spec(wildcards)
-        return spec | {"sensor": named.get(wildcards.sensor, wildcards.sensor)}
+        """A sensor's file, under the name that what is drawn of it goes by.
+
+        Of clouds that one's file, which has the camera; with a base, how it follows the probe.
+        """
+        seeded = self.run.lab["objects"][wildcards.object].get("seeded_as", {})
+        spec, name = self.run.sensor_spec(wildcards), seeded.get(wildcards.sensor, wildcards.sensor)
+        if "cloud" in spec:
+            spec = self.run.sensors[name] | {key: spec[key] for key in ("cloud", "base")}
+        if "base" in spec:
+            spec = spec | {"base": self.run.lab["poses"][spec["base"]["name"]] | spec["base"]}
+        return spec | {"sensor": name}
 
     def recorded(self, wildcards: Any) -> Mapping:
         """An object's block of lab.yaml with a capture's own motion."""
@@ -76,7 +83,7 @@ class LabRules:
         return spec | {"motion": spec["motion"] | own.get(wildcards.capture, {})}
 
     def place(self, wildcards: Any) -> Mapping:
-        """Where, and in which direction, the operator indents for a capture."""
+        """Where the operator indents for a capture, and in which direction."""
         places, capture = self._places(wildcards.object), wildcards.capture
         return places.get(capture) or places[capture.split("-")[0]]
 
@@ -84,12 +91,10 @@ class LabRules:
         """An object's points, and by capture what the operator indents otherwise than declared."""
         spec = self.run.lab["objects"][name]
         points = spec["object"]["points"]
-        places = dict(points)
-        for block, key in (("pressed_at", "position_m"), ("pressed_along", "direction")):
-            for capture, value in spec.get(block, {}).items():
-                known = places if capture in places else points
-                places[capture] = known.get(capture, points[capture.split("-")[0]]) | {key: value}
-        return places
+        return points | {
+            capture: points[capture.split("-")[0]] | {"position_m": place}
+            for capture, place in spec.get("pressed_at", {}).items()
+        }
 
     def common(self, wildcards: Any) -> Mapping:
         """What all recordings of the lab share."""
@@ -133,7 +138,7 @@ class LabRules:
         """Mechanics of a capture's point; mirror images of a symmetric object share one."""
         name, point = wildcards.object, wildcards.capture
         spec = self.run.lab["objects"][name]
-        if not any(point in spec.get(block, {}) for block in ("pressed_at", "pressed_along")):
+        if point not in spec.get("pressed_at", {}):
             point = self.run.lab_point(name, point.split("-")[0])
         return self.run.truth(f"{wildcards.object}/contact-{point}.npz")
 

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from palpate.open3d_core import o3d
 
 from virtual_lab.paint import TABLE_SIZE_M, TABLE_STEP_M, BlockPaint, SolidPaint, look_up
-from virtual_lab.parts import OBJECT, SPHERE, TABLE, TARGET, Finish, Part
-from virtual_lab.probe import Probe
+from virtual_lab.probe import OBJECT, SPHERE, TABLE, TARGET, Finish, Part, Probe
 
 NO_FINISH = Finish((0.0, 0.0, 0.0), 0.0)
 

@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtual_lab.block import block_model, box_surface
-from virtual_lab.ear import EAR_BOX_M, uncut_ear_distance
 from virtual_lab.level_set import boundary_surface, level_set_mesh
 from virtual_lab.obstacle import Table
-from virtual_lab.signed_distance import ClosedMesh, Distance
+from virtual_lab.signed_distance import EAR_BOX_M, ClosedMesh, Distance, uncut_ear_distance
 from virtual_lab.solid import Model
 from virtual_lab.tetrahedra import interpolation, tetrahedral_solid
 

@@ -124,7 +124,6 @@ Paint = block(
     colour=tuple[Share, Share, Share],
     mottle=Share,
     mottle_m=Positive,
-    pitch_m=(Positive, None),  # of a fine texture that repeats, in the mottle's place
     dots=whole(0),
     dot_radius_m=Interval,
     gloss=NotNegative,
@@ -137,7 +136,6 @@ Material = block(
     gradient=(Annotated[float, Field(gt=-1)], None),  # E at the table over that at the top, less 1
     # A stiffer layer on top of a block; youngs_modulus_pa is what is below it.
     skin=(block(thickness_m=Positive, stiffer=Positive), None),
-    mullins=(BelowOne, None),  # share of the force that is lost after a first loading
     relaxation=block(fractions=tuple[BelowOne, ...], times_s=tuple[Positive, ...]),
 )
 Contact = block(
@@ -185,7 +183,6 @@ class LabObject(Model):
     motion: Motion
     motions: dict[str, MotionChanges] = None  # by capture, what is different in its motion
     pressed_at: dict[str, Vector] = None  # by capture, another point than the declared one [m]
-    pressed_along: dict[str, Vector] = None  # by capture, another direction
     cameras: dict[str, Placement]
     scan: block(distance_m=within(0.6, 2.5), turns_deg=Angles, elevations_deg=Angles)
     recordings: dict[str, Names]
@@ -243,6 +240,15 @@ Experiments = {
 # Of sensors that report a wrench: standard deviations, and the largest offset.
 Wrench = block(**dict.fromkeys(("noise_n", "noise_nm", "offset_n", "offset_nm"), NotNegative))
 
+# Of a robot's or a tracker's poses: clock's lag, standard deviations of a pose and of the base.
+Followed = block(
+    **dict.fromkeys(("latency_s", "noise_m", "noise_rad", "base_m", "base_rad"), NotNegative),
+    rate_hz=Positive,
+    force_rate_hz=(Positive, None),  # in the place of the lab's
+    lost=(within(0, 0.5), None),  # share of rows; with it also a few in turn in the approach
+    std_spread=(BelowOne, None),  # of each pose's own noise, relative, which is then written
+)
+
 
 class Lab(Model):
     """A lab: its sensors' noise, rigs, objects and experiments."""
@@ -258,7 +264,6 @@ class Lab(Model):
         shot_noise=NotNegative,
         correlation=Share,
         distortion_px=NotNegative,
-        whole_range=(bool, None),  # of the sensor is searched, not that of the scene alone
     )
     laser: block(turn_error_deg=NotNegative, shift_error_m=NotNegative)
     timing: block(clock_offset_s=NotNegative, frame_jitter_s=NotNegative)
@@ -272,6 +277,7 @@ class Lab(Model):
         centre_of_mass_m=Vector,
         wrench=(Wrench, None),
     )
+    poses: dict[str, Followed] = None  # by the name of the base in a sensor's file
     device: ErrorSizes = None
     objects: dict[Annotated[str, object_name], LabObject]
     experiments: block(**{name: (kind, None) for name, kind in Experiments.items()}) = None
