@@ -6,34 +6,26 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from palpate.json_fields import read_all
-from palpate.report import tables
+from palpate.report import outputs, tables
 from palpate.report.tables import CAPTURE
-
-from thesis import published
 
 ROWS_OF_BLOCK = 3
 # Table 5.1 is of one sensor and point.
 PUBLISHED_ATTEMPTS = {"sensor": "kinect", "point": "11"}
-MODULI = [
-    "reduced_modulus_pa",
-    "free_contact_reduced_modulus_pa",
-    "recommended_reduced_modulus_pa",
-]
+KINDS = ("free_contact", "recommended")
+MODULI = ["reduced_modulus_pa", *(f"{kind}_reduced_modulus_pa" for kind in KINDS)]
 SPREAD = {"mean": lambda x: x.mean(), "standard deviation (n-1)": lambda x: x.std(ddof=1)}
 FEWEST_FOR_CORRELATION = 3
-REPEATED_TITLE = "Table 5.1: reduced modulus E* of repeated indentations (Pa)"
-POINTS_TITLE = "Table 5.2: reduced modulus E* from the Hertz fit (Pa)"
 HOMOGENEOUS_NOTE = (
     "The virtual lab's block is homogeneous, and its edges make it at most 1 to 2 % softer: the"
     " published pattern of stiff centre and soft border cannot come from simulated captures."
 )
 
 
-def make_table_5_1(inputs: Any, params: Any) -> dict:
+def make_table_5_1(inputs: Any, params: Any) -> pd.DataFrame:
     """Reduced modulus of repeated indentations of one point."""
     hertz = hertz_table(params.captures, read_all(inputs.fits))
-    table = table_5_1(hertz, pd.read_csv(inputs.published))
-    return published.table(tables.rounded(table), title=REPEATED_TITLE)
+    return tables.rounded(table_5_1(hertz, pd.read_csv(inputs.published)))
 
 
 def make_table_5_2(inputs: Any, params: Any) -> dict:
@@ -42,7 +34,7 @@ def make_table_5_2(inputs: Any, params: Any) -> dict:
     table = table_5_2(hertz, pd.read_csv(inputs.published), block=params.block)
     table = tables.rounded(table)
     pattern = pattern_correlation(table)
-    both = published.table(table, title=POINTS_TITLE, more_notes=_notes(table, pattern))
+    both = outputs.table(table, more_notes=_notes(table, pattern), **params.table)
     return both | {"pattern": pattern}
 
 
@@ -66,7 +58,7 @@ def hertz_table(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> pd.Data
     for capture, fit in zip(captures, fits, strict=True):
         row = {name: capture[name] for name in CAPTURE}
         row["reduced_modulus_pa"] = fit["study"]["reduced_modulus_pa"]
-        for name in ("free_contact", "recommended"):
+        for name in KINDS:
             low, high = fit[name]["reduced_modulus_interval_pa"]
             row[f"{name}_reduced_modulus_pa"] = fit[name]["reduced_modulus_pa"]
             row |= {f"{name}_low_pa": low, f"{name}_high_pa": high}
@@ -134,11 +126,8 @@ def table_5_2(hertz: pd.DataFrame, published: pd.DataFrame, *, block: str) -> pd
     )
     merged = ours.merge(printed, on=["sensor", "point"], how="left")
     first = ["sensor", "point", "row", "column", "reduced_modulus_pa"]
-    middle = [
-        f"{name}_{end}"
-        for name in ("free_contact", "recommended")
-        for end in ("reduced_modulus_pa", "low_pa", "high_pa")
-    ]
+    ends = "reduced_modulus_pa", "low_pa", "high_pa"
+    middle = [f"{name}_{end}" for name in KINDS for end in ends]
     last = ["published_reduced_modulus_pa", "provenance"]
     return merged.sort_values(["sensor", "point"])[first + middle + last].reset_index(drop=True)
 

@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 from palpate.report.panels import named
-from palpate.report.style import BLACK, ORANGE, PAGE_IN, SMALL, label_provenance, sensor_name
+from palpate.report.style import BLACK, ORANGE, PAGE_IN, SMALL, sensor_name
 from palpate.report.surface_figures import ZOOM_M
 from palpate.solid.mesh import read_solid
 from palpate.surface.tracked import load_tracked
 from palpate.units import MILLIMETRES
 
-from thesis.diagrams import HALO, provenances
+from thesis.diagrams import HALO, labelled
 from thesis.panels import coloured, displacement_bar, panels, scale_bar, surface_panel
 from thesis.views import View, view_from
 
@@ -57,8 +57,7 @@ def figure_5_10(inputs: Any, params: Any) -> Figure:
         row[1].set_title("at the contact")
         figure.colorbar(image, ax=row[1], label="Mismatch (mm)", shrink=0.85)
     figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))
-    label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)
 
 
 def mismatch_views(inputs: Any, params: Any) -> Figure:
@@ -76,27 +75,29 @@ def mismatch_views(inputs: Any, params: Any) -> Figure:
         name = sensor_name(capture["sensor"])
         titles = (f"{name}: from the camera", "from behind")
         for panel, view, frame, title in zip(row, sides, framed, titles, strict=True):
-            _panel(panel, one, view, frame, top)
+            look = {"colours": coloured(one.mismatch_m * MILLIMETRES, top), "edges": True}
+            surface_panel(panel, one.nodes_m, one.triangles, view, frame, **look)
+            scale_bar(panel, 20, frame)
             named(panel, next(letters), title)
         cross = sides[0].project(one.contact_m[None])[0, :2]
         row[0].plot(*cross, "+", color=BLACK, ms=9, mew=1.3, zorder=6, path_effects=HALO)
-        _numbers(row[1], one.mismatch_m[np.unique(one.triangles)] * MILLIMETRES)
+        gaps = one.mismatch_m[np.unique(one.triangles)] * MILLIMETRES
+        text = f"median {np.median(gaps):.2f} mm, largest {gaps.max():.1f} mm"
+        look = {"xycoords": "axes fraction", "ha": "right", "va": "top", "fontsize": SMALL}
+        row[1].annotate(text, (1, 0), **look)
     displacement_bar(figure, axes, top, label="Mismatch (mm)")
     figure.text(0.02, 0.012, "cross: contact", fontsize=SMALL)
-    label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)
 
 
 def _read_mismatches(inputs: Any) -> list[Mismatch]:
     """Mismatch of each capture."""
-    return [_read_mismatch(*pair) for pair in zip(inputs.mismatches, inputs.tracked, strict=True)]
-
-
-def _read_mismatch(mismatch: str, tracked: str) -> Mismatch:
-    solid = read_solid(mismatch)
-    values = meshio.read(mismatch).point_data["mismatch_m"]
-    contact = load_tracked(tracked).contact_point_m
-    return Mismatch(solid.nodes_m, solid.surface_triangles(), values, contact)
+    found = []
+    for path, tracked in zip(inputs.mismatches, inputs.tracked, strict=True):
+        solid, values = read_solid(path), meshio.read(path).point_data["mismatch_m"]
+        contact = load_tracked(tracked).contact_point_m
+        found.append(Mismatch(solid.nodes_m, solid.surface_triangles(), values, contact))
+    return found
 
 
 def _plan_panel(axes: Axes, view: Mismatch, limit: float, zoom_m: float | None):
@@ -135,14 +136,3 @@ def _height_in(frames: Sequence[Sequence[NDArray]]) -> float:
     """Height of the figure whose panels fit the objects' proportions."""
     shapes = [(frame[3] - frame[2]) / (frame[1] - frame[0]) for frame, _ in frames]
     return PAGE_IN * RIGHT / 2 * max(shapes) * 1.1 * len(frames) + ROOM_IN
-
-
-def _panel(axes: Axes, one: Mismatch, view: View, frame: NDArray, top_mm: float) -> None:
-    colours = coloured(one.mismatch_m * MILLIMETRES, top_mm)
-    surface_panel(axes, one.nodes_m, one.triangles, view, frame, colours=colours, edges=True)
-    scale_bar(axes, 20, frame)
-
-
-def _numbers(axes: Axes, mismatch_mm: NDArray) -> None:
-    text = f"median {np.median(mismatch_mm):.2f} mm, largest {mismatch_mm.max():.1f} mm"
-    axes.annotate(text, (1, 0), xycoords="axes fraction", ha="right", va="top", fontsize=SMALL)

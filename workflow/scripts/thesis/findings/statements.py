@@ -1,14 +1,14 @@
 """The study's findings as statements that its numbers and ours are held against."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import yaml
 from palpate.units import PERCENT
 
-from thesis.findings import checks, printed, sensor_checks
+from thesis.findings import checks, printed
 from thesis.findings.checks import LAME
 from thesis.findings.verdicts import LEVEL, UNTESTABLE, Outcome
 
@@ -18,57 +18,25 @@ NOTHING = "words or curves only"
 NOT_HERE = "no such captures in this run"
 EITHER = f"uncorrected p below {LEVEL:g}, does not hold where that is so of the opposite"
 SIGN = f"one-sided sign test, {EITHER}"
-NU_KNOWN = "minima that identify nu alone; "
 # What findings.yaml names in braces.
 WORDS = {
     "sign": SIGN,
     "one_each": f"mean of both error options, one pair a capture; {SIGN}",
     "trend": f"rank correlation above zero, one-sided {EITHER}, for every sensor",
-    "nu_known": NU_KNOWN,
+    "nu_known": "minima that identify nu alone; ",
     "homogeneous": "the lab's block is homogeneous by construction",
     "level": LEVEL,
     "least_pattern": checks.LEAST_PATTERN,
-    "steadier": sensor_checks.STEADIER,
-    "shrunk": PERCENT * sensor_checks.SHRUNK,
+    "steadier": checks.STEADIER,
+    "shrunk": PERCENT * checks.SHRUNK,
 }
-
-
-@dataclass(frozen=True)
-class Finding:
-    """A statement of the study and the computation that decides it.
-
-    Attributes
-    ----------
-    finding, where, rule : str
-        What it says, its section, and the rule of decision.
-    needs : str
-        Name of the table that the check takes.
-    check : callable
-    remark : str
-        What a reader must know of simulated captures.
-    excluded : str
-        Why simulated captures cannot bear it out, whatever they give.
-    """
-
-    finding: str
-    where: str
-    rule: str
-    needs: str
-    check: Callable[[pd.DataFrame], Outcome]
-    remark: str = ""
-    excluded: str = ""
-
-
-def _read(check: str, **words: str) -> Finding:
-    """An entry of findings.yaml."""
-    module, _, name = check.partition(".")
-    found = getattr({"checks": checks, "sensor_checks": sensor_checks}[module], name)
-    return Finding(check=found, **{key: word.format(**WORDS) for key, word in words.items()})
-
-
+NOT_SAID = {"remark": "", "excluded": ""}
 TABLE = Path(__file__).with_name("findings.yaml")
 _ENTRIES = yaml.load(TABLE.read_text(encoding="utf-8"), yaml.CSafeLoader)
-FINDINGS = tuple(_read(**entry) for entry in _ENTRIES)
+FINDINGS = tuple(
+    SimpleNamespace(**NOT_SAID | {name: text.format(**WORDS) for name, text in one.items()})
+    for one in _ENTRIES
+)
 
 
 def findings(
@@ -131,20 +99,20 @@ def _printed_traces(text: pd.DataFrame) -> pd.DataFrame:
 
 
 def _ours(
-    one: Finding, mine: Outcome, ours: Mapping[str, pd.DataFrame], provenance: str
+    one: SimpleNamespace, mine: Outcome, ours: Mapping[str, pd.DataFrame], provenance: str
 ) -> tuple[str, str]:
     """Verdict of ours, and what must be known of it."""
     simulated = provenance == "simulated" and mine.evidence != NOT_HERE
     verdict = UNTESTABLE if simulated and one.excluded else mine.verdict
     said = [one.excluded or one.remark] if simulated else []
-    of_nu = one.rule.startswith(NU_KNOWN)
+    of_nu = one.check.startswith(checks.where_identified.__name__)
     if one.needs == "estimates" and mine.evidence != NOT_HERE and not of_nu:
         said.append(checks.identified_in_words(ours["estimates"]))
     return verdict, "; ".join(filter(None, said))
 
 
-def _outcome(one: Finding, tables: Mapping[str, pd.DataFrame], otherwise: str) -> Outcome:
+def _outcome(one: SimpleNamespace, tables: Mapping[str, pd.DataFrame], otherwise: str) -> Outcome:
     table = tables.get(one.needs)
     if table is None or table.empty:
         return Outcome(otherwise, None)
-    return one.check(table)
+    return checks.check_of(one.check)(table)
