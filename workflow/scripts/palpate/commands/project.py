@@ -12,7 +12,7 @@ from palpate.config.sensor import HAND_EYE
 from palpate.yaml_files import load_yaml
 
 # What a file may say besides, for the workflow alone, which checks it before its first job.
-FOR_RUNS = {"study", "error_options", "solid", "minimise", "simulation"}
+FOR_RUNS = {"study", "methods", "error_options", "solid", "minimise", "simulation"}
 FOR_RUNS |= {f"tracking.{name}" for name in ("estimate_from", "compared", "trackers", "objects")}
 FOR_RUNS |= {"experiments.cd_case_size_m"}
 
