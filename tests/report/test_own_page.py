@@ -164,7 +164,7 @@ def test_times_that_were_recorded_are_known_and_no_later_ones():
     text = text_of(page(presses=[short, long]))
     assert "extrapolated:" not in text
     text = text_of(page(presses=[held(poses=POSES.assign(detected=[1, 0, 1]))]))
-    assert "probe found in the pictures from touch to deepest: 1 of 2, good is all" in text
+    assert "probe found from touch to maximum depth: 1 of 2, good is all" in text
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ LARGE_SCALE = 3.0
 # Ratios of a recording and the largest that are good.
 RATIOS = {
     "motion of the surface differs from the computed one, over what noise explains": LARGE_SCALE,
-    "depth of the tip scatters, over what the pictures of the probe explain": RESTLESS,
+    "depth of the tip scatters, over what the probe's poses explain": RESTLESS,
     "force begins beside the surface, over how well tip and surface are known": FAR_ZERO,
 }
 
@@ -123,12 +123,11 @@ def checks_of(held: Held) -> list[Check]:
     found = f"{int(seen.sum())} of {len(seen)}"
     left_out = f"{beyond} of {compared + beyond}"
     ended = "yes" if direct["converged"] else "no"
-    told = [_clocks(own)] if "camera_clock_s" in own else []
     return [
-        Check("probe found in the pictures from touch to deepest", found, "all", bool(seen.all())),
+        Check("probe found from touch to maximum depth", found, "all", bool(seen.all())),
         *(Check(w, f"{x:.1f} times", f"up to {most:g} times", x <= most) for w, most, x in judged),
         Check("frames too deep for what was computed, left out", left_out, "0", beyond == 0),
-        *told,
+        *([_clocks(own)] if "camera_clock_s" in own else []),
         Check("search for the moduli ended", ended, "yes", direct["converged"]),
     ]
 

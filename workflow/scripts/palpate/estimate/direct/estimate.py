@@ -94,7 +94,7 @@ class DirectEstimate:
         )
         times_s, fractions = self.options.relaxation_times_s, first.fractions.tolist()
         return {
-            "frames": [len(one.frames) for one in best.indentations],
+            "frames": [len(one.frames_pictured[1]) for one in best.indentations],
             "frames_beyond_lookup": [one.frames_beyond for one in best.indentations],
             **{name: asdict(modulus) for name, modulus in self.moduli.items()},
             **described_law(best, self.quantities),

@@ -92,7 +92,7 @@ class DirectIndentation:
     tip_depth_m : (f,) array
         Way of the sphere since its first touch in all of them, negative before [m].
     frames : (k,) int array
-        Frames in contact that are compared.
+        Those of all these that are in contact and compared.
     frames_beyond : int
         Frames that are not, as they are deeper than the indentation table.
     oblique_rad : float
@@ -207,7 +207,7 @@ class DirectIndentation:
 def zero_std(offset_std_m: float, shared_roots_m: Mapping[str, NDArray]) -> float:
     """Deviation of a depth's zero, of errors of its own and of roots (3, e) of shared ones [m]."""
     shared = [np.linalg.norm(root[0]) for root in shared_roots_m.values()]
-    return float(np.linalg.norm([offset_std_m, *shared]))
+    return float(np.hypot.reduce([offset_std_m, *shared]))
 
 
 def _one(place: int, doc: str) -> property:

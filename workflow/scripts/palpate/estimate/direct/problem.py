@@ -9,6 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.tables import columns_of
+from palpate.config.sensor import said_of_base
 from palpate.estimate.direct.contact import (
     Contact,
     depth_along,
@@ -33,7 +34,6 @@ from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 from palpate.surface.sharp_edges import sharp_edge_distance
-from palpate.vision.clock import USB_CLOCK_STD_S
 from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP, from_pictures, marker_transforms
 
@@ -101,7 +101,7 @@ class ProbeRecord:
             clock_std_s=clock_std_s,
             turns=marker_transforms(path)[:, :3, :3],
             uncertainty=ProbeUncertainty.of(probe, base),
-            camera_clock_std_s=base.get("clock_offset_std_s", USB_CLOCK_STD_S) if base else 0.0,
+            camera_clock_std_s=said_of_base(sensor, "clock_offset_std_s") if base else 0.0,
             pictured=np.flatnonzero(path["frame"].notna()),
         )
 
@@ -191,10 +191,10 @@ def direct_indentation(
             " mm from the contact, found none"
         )
     cell, normal = motion.cell_m[chosen], motion.normal[chosen]
-    moved, noise = np.full((2, len(tips), len(cell)), np.nan)
-    moved[record.pictured] = motion.moved_m[:, chosen]
-    noise[record.pictured] = motion.noise_std_m[:, chosen]
-    moved, noise = moved[frames], noise[frames]
+    pictured = np.arange(len(tips))[record.pictured]
+    seen = np.full((2, len(tips), len(cell)), np.nan)
+    seen[:, pictured] = motion.moved_m[:, chosen], motion.noise_std_m[:, chosen]
+    moved, noise = seen[:, frames]
     if not np.isfinite(moved).any():
         raise ValueError(
             "samples: expected some that are seen while the tip presses, found all hidden"
@@ -206,7 +206,7 @@ def direct_indentation(
         force_n=contact.force_n,
         tip_depth_m=contact.depth_m,
         frames=frames,
-        frames_beyond=len(loaded) - len(frames),
+        frames_beyond=int(np.isin(np.setdiff1d(loaded, frames), pictured).sum()),
         oblique_rad=float(np.arctan2(np.linalg.norm(np.cross(way, direction)), way @ direction)),
         depth_m=contact.depth_m[frames],
         tip_std_m=record.tip_std_m,

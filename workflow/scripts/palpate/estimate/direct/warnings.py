@@ -110,14 +110,14 @@ def _of_captures(best: Solution) -> Iterator[str]:
     beyond = [one.frames_beyond for one in best.indentations]
     if any(beyond):
         deepest = 1e3 * float(best.indentations[int(np.argmax(beyond))].table.depth_m[-1])
-        frames = sum(len(one.frames) for one in best.indentations)
+        frames = sum(len(one.frames_pictured[1]) for one in best.indentations)
         yield (
             f"{sum(beyond)} of {frames + sum(beyond)} frames are deeper than the table's"
             f" {deepest:.1f} mm and were left out (deepest_m)"
         )
     depths = max(float(np.median(one.depth_std_m)) / one.tip_std_m for one in best.indentations)
     if depths > RESTLESS:
-        yield f"depths scatter by {depths:.0f} times what the pictures of the probe explain"
+        yield f"depths scatter by {depths:.0f} times what the probe's poses explain"
     offset_m, apart = farthest_zero(best)
     if apart > FAR_ZERO:
         side = "below" if offset_m < 0 else "above"
