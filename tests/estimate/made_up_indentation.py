@@ -17,6 +17,8 @@ from palpate.estimate.direct.table import SampleTable, axes_across
 from palpate.estimate.relaxation import relaxed_force
 
 RADIUS_M = 0.006
+# What six errors of deviation 1 move three unknowns by, each of which has deviation 1 too.
+SIX_ERRORS = np.linalg.qr(np.random.default_rng(1).normal(size=(6, 3)))[0].T
 # Prony series of the made-up solid.
 RELAXATION_TIMES_S, AMPLITUDES = (0.3, 3.0), (0.08, 0.05)
 NO_RIG = Rig(**dict.fromkeys(Rig.model_fields, 0.0))

@@ -9,6 +9,7 @@ from made_up_indentation import (
     OPTIONS,
     RADIUS_M,
     RELAXATION_TIMES_S,
+    SIX_ERRORS,
     UNBONDED,
     indentation_of,
     made_up_table,
@@ -327,16 +328,28 @@ def test_a_term_alone_is_what_its_first_order_says(field):
 
 
 @pytest.mark.parametrize("count", [2, 6])
-def test_the_tip_is_one_for_all_captures(count):
-    """Its error does not fall with their number, and what is left of the contact's place does."""
-    tip = np.diag([0.0, 1e-6, 1e-6])
-    capture = replace(CAPTURE, place_std_m=1e-6, shared_roots_m={"tip of the probe": tip})
+@pytest.mark.parametrize(("source", "errors"), [(TIP_SOURCE, np.eye(3)), (BASE_SOURCE, SIX_ERRORS)])
+def test_tip_and_base_are_one_for_all_captures(source, errors, count):
+    """Their error does not fall with their number, and what is left of the contact's place does."""
+    root = {source: np.diag([0.0, 1e-6, 1e-6]) @ errors}
+    capture = replace(CAPTURE, place_std_m=1e-6, shared_roots_m=root)
     one, all_of = budget(NOTHING, capture), budget(NOTHING, *[capture] * count)
-    for name, fewer in (("tip of the probe", 1), ("place of the contact", np.sqrt(count))):
+    for name, fewer in ((source, 1), ("place of the contact", np.sqrt(count))):
         parts = [line(found, name).contributions[JUDGED] for found in (one, all_of)]
         at = int(np.argmax(parts[0]))
         assert parts[1][at] == pytest.approx(parts[0][at] / fewer, rel=0.08)
         assert line(all_of, name).std == pytest.approx(1e-6)
+
+
+def test_the_base_adds_what_an_error_of_the_depth_and_of_the_place_add():
+    """Of one capture; each of six errors moves both."""
+    std_m = np.array([2e-4, 3e-3, 3e-3])
+    base = {BASE_SOURCE: np.diag(std_m) @ SIX_ERRORS}
+    found = budget(NOTHING, replace(CAPTURE, shared_roots_m=base))
+    changes = [stacked(1.0, 0.0), *map(by_place, np.eye(2))]
+    expected = by_hand(learnt=changes, known=np.diag([0, 0, *std_m**-2]))
+    assert found.std[JUDGED] == pytest.approx(expected, rel=0.02)
+    assert (expected > 1.1 * budget(NOTHING, CAPTURE).std[JUDGED]).any()
 
 
 def test_the_report_explains_every_source():
