@@ -52,6 +52,8 @@ CORRUPTED = [
         0.5,
         "contact.glued: expected for shape.kind block, found for ear",
     ),
+    (("poses",), {"stand": {}}, "base.name of its file among stand, found base_link"),
+    ((*BLOCK, "seeded_as"), {}, "kinect_cloud: expected seeded_as a sensor with a depth camera"),
     (("device",), {"declared_m": 0.002}, "expected of an object without mirrors, found mirrors"),
     (("experiments", "loading", "object"), "sponge", "found sponge"),
     (("experiments", "planes", "distances_m", "kinect"), [9.0], "found 9.0"),

@@ -66,9 +66,8 @@ def record_poses(
     if "lost" in base:
         first = np.searchsorted(time_s, motion["rest_s"] + motion["approach_s"] * rng.uniform())
         kept[first : first + rng.integers(*LOST_ROWS, endpoint=True)] = False
-    std_m[:] = std_m if "std_spread" in base else np.nan
-    names = {"base": base["name"], "tracked": tracked}
-    stamps_s = time_s + base["latency_s"]
-    write_poses(folder, PoseRecord(stamps_s[kept], poses[kept], std_m[kept], **names))
+    stated_m = std_m if "std_spread" in base else np.full(count, np.nan)
+    of_rows = ((time_s + base["latency_s"])[kept], poses[kept], stated_m[kept])
+    write_poses(folder, PoseRecord(*of_rows, base=base["name"], tracked=tracked))
     offset_s = np.array(base["latency_s"])
     return {"camera_from_base": camera_from_base, "pose_clock_offset_s": offset_s}

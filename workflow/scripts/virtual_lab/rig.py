@@ -11,6 +11,7 @@ import trimesh
 from numpy.typing import NDArray
 from palpate.capture.images import mosaic_rggb, write_image
 from palpate.capture.tables import image_streams, write_frames
+from palpate.units import METRES
 from palpate.vision.camera import camera_from_spec
 from scipy.spatial.transform import Rotation
 
@@ -126,17 +127,17 @@ class Rig:
             else:
                 image = self.exposed(_shaken(layers[stream].colour, shift_px), spec["encoding"])
                 image = image.shot(rng)
-            if cloud and stream != "depth":
-                continue
-            kind, ending = ("cloud", "ply") if cloud else (stream, "png")
-            files[kind] = f"{kind}/{number:06d}.{ending}"
-            (folder / kind).mkdir(exist_ok=True)
-            if cloud:
-                points = np.round(self.depth.points(image), CLOUD_DECIMALS)
-                scale = 1000 if self.sensor["cloud"]["unit"] == "mm" else 1
-                trimesh.PointCloud(scale * points).export(folder / files[kind])
-            else:
-                write_image(folder / files[kind], image, spec["encoding"])
+            if not cloud:
+                files[stream] = f"{stream}/{number:06d}.png"
+                (folder / stream).mkdir(exist_ok=True)
+                write_image(folder / files[stream], image, spec["encoding"])
+        if cloud:
+            # The depth is the last stream: what was drawn before it is as of the camera's images.
+            files["cloud"] = f"cloud/{number:06d}.ply"
+            (folder / "cloud").mkdir(exist_ok=True)
+            points = np.round(self.depth.points(image), CLOUD_DECIMALS)
+            points /= METRES[self.sensor["cloud"]["unit"]]
+            trimesh.PointCloud(points).export(folder / files["cloud"])
         return files
 
     def write_still(self, folder: Path, scene: Scene, *, frames: int, seed: list) -> None:
