@@ -33,6 +33,9 @@ def test_files_outside_the_object_count(tmp_path):
     board.write_bytes(b"one")
     first = kept_files("cushion", sensors, STICK, paths)
     assert set(first) == {"kinect/calibration"}
+    (board.parents[1] / "hand_eye").mkdir()
+    arm = {"kinect": {"base": {"camera_from_base": "calibration"}}}
+    assert set(kept_files("cushion", arm, STICK, paths)) == {"kinect/hand_eye"}
     film = board.parents[1] / "pivot/frames.csv"
     film.parent.mkdir()
     film.write_text("frame,time_s\n")

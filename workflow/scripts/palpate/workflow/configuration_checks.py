@@ -83,7 +83,7 @@ def missing_calibrations(
     for name in sorted(used):
         spec = sensors.get(name) or {}
         hand_eye = Path(paths["raw"]) / "sensors" / name / HAND_EYE
-        if asks_for_base(spec) and not (name in recorded_by(lab, HAND_EYE) or hand_eye.is_dir()):
+        if asks_for_base(spec) and not hand_eye.is_dir():
             field = f"{Path(paths['sensors']) / name}.yaml: base.camera_from_base"
             lines.append(f"{field}: expected a recording of a target in {hand_eye}, found none")
         if spec.get("optics") != "calibration":

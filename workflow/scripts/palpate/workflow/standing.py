@@ -16,6 +16,7 @@ from palpate.capture.discover import (
     sensor_folders,
 )
 from palpate.config.probe import PARTS
+from palpate.config.sensor import HAND_EYE, asks_for_base
 from palpate.workflow.digest import ROOT, code
 from palpate.workflow.run import Described, Run
 from palpate.yaml_files import load_yaml
@@ -109,8 +110,9 @@ def kept_files(name: str, sensors: Mapping, probe: Mapping, paths: Mapping) -> d
     films = [part.recording for part in PARTS if part.asking(probe)]
     prints = {}
     for sensor, spec in sensors.items():
-        optics = ["calibration"] * ((spec or {}).get("optics") == "calibration")
-        for folder in [Path(paths["raw"], "sensors", sensor, one) for one in (*optics, *films)]:
+        own = ["calibration"] * ((spec or {}).get("optics") == "calibration")
+        own += [HAND_EYE] * asks_for_base(spec or {})
+        for folder in [Path(paths["raw"], "sensors", sensor, one) for one in (*own, *films)]:
             if folder.is_dir():
                 prints[f"{sensor}/{folder.name}"] = folder_fingerprint(folder)
     mesh = Path(paths["meshes"]) / f"{name}.vtu"
