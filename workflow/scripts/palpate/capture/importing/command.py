@@ -34,10 +34,12 @@ from palpate.capture.importing.tum import (
 from palpate.capture.importing.write import import_recording
 from palpate.capture.tables import FORCE, GAUGE_COLUMNS, WRENCH_COLUMNS, read_table
 from palpate.config.probe import PARTS
+from palpate.config.sensor import HAND_EYE
 from palpate.yaml_files import load_yaml
 
-# Recordings of a probe by itself, raw/sensors/<sensor>/<part>, and whether they have a force.
-OF_SENSORS, WITH_FORCE = NOT_OBJECTS[0], {part.recording: part.force for part in PARTS}
+# Recordings about a sensor, raw/sensors/<sensor>/<name>, and whether they have a force.
+OF_SENSORS = NOT_OBJECTS[0]
+WITH_FORCE = {part.recording: part.force for part in PARTS} | {HAND_EYE: False}
 RAW = "raw"
 OF_FOLDERS = ("intrinsics", "distortion")  # with rgb.txt
 
@@ -48,8 +50,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser._negative_number_matcher = re.compile(r"-\.?[0-9]")
     add = parser.add_argument
     add("recording", type=Path, help="a .bag, .mcap or .db3, a ROS 2 folder, or one with rgb.txt")
-    add("target", type=Path, help="raw/<object>/<sensor>/<capture>, or a recording of the probe,"
-        " raw/sensors/<sensor>/load, pivot or stiffness; must not exist yet")  # fmt: skip
+    add("target", type=Path, help="raw/<object>/<sensor>/<capture>, or a recording,"
+        " raw/sensors/<sensor>/load, pivot, stiffness or hand_eye; must not exist yet")  # fmt: skip
     add("--background", action="store_true", help="frames without object and probe, and no force")
     add_devices(parser, "sensors")
     add("--force", type=Path, metavar="FILE",
@@ -118,7 +120,7 @@ def _with_frames(request: Request) -> tuple[Request, bool]:
     name = _stated(request.folder.parents[1] / "object.yaml").get("probe")
     probes = found_folder("probes", None, request.folder) or PLACES["probes"]
     probe, sensor = _stated(probes / f"{name}.yaml"), _stated(request.sensor_file)
-    asked = request.poses or request.base or request.tracked
+    asked = request.poses or request.base or request.tracked or request.folder.name == HAND_EYE
     counts = bool(asked or ("tracked" in probe and "marker" not in probe))
     placed = sensor.get("base")
     base = request.base or (placed.get("name") if isinstance(placed, Mapping) else None)

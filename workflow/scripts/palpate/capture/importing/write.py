@@ -18,7 +18,8 @@ from palpate.capture.check_capture import (
     check_capture,
     check_images,
 )
-from palpate.capture.discover import BACKGROUND
+from palpate.capture.discover import BACKGROUND, NOT_OBJECTS
+from palpate.capture.experiments import check_tracked
 from palpate.capture.files import whole_folder, write_text
 from palpate.capture.images import count_m, write_image
 from palpate.capture.importing.frames import NS_PER_MS, Pairs, frames_of
@@ -92,15 +93,19 @@ def import_recording(
         if poses:
             covered += [*poses.notes, *placed_so]
             write_poses(part, poses.record)
-        if block and "base" not in sensor:
+        about_sensor = request.folder.parents[1].name == NOT_OBJECTS[0]
+        if block and "base" not in sensor and not about_sensor:
             offered = yaml.safe_dump(block, default_flow_style=True, width=np.inf).strip()
             raise mismatch(f"{request.sensor_file}: base", f"where it is, like {offered}", "none")
         frames, left = _write(part, recording, content, frames, sensor)
         if table is not None:
             write_force(part, table)
+        if table is not None and not (poses and about_sensor):
             problems = check_capture(part, sensor)
         else:
             problems = check_images(part, sensor, fewest=FEWEST_BACKGROUND_FRAMES)
+        if poses and about_sensor:  # whatever the base is
+            problems += check_tracked(part, has_force=table is not None)
         if problems:
             raise ValueError(problems[0].replace(str(part), str(request.folder)))
         if text:
