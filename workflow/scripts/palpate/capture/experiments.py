@@ -14,6 +14,7 @@ from palpate.capture.check_capture import (
     check_frames,
     check_images,
     check_numbers,
+    check_poses,
     read_columns,
 )
 from palpate.capture.discover import BACKGROUND
@@ -75,12 +76,20 @@ def _recording(folder: Path) -> list[str]:
 
 def _calibration(folder: Path, sensor: Mapping) -> list[str]:
     """Grey pairs of the sensor's two cameras, and the target's sizes."""
+    if lines := _without_pictures(folder, sensor):
+        return lines
     if "depth" in sensor:
         blocks = {"color": sensor["color"], "infrared": sensor["depth"]}
     else:
         blocks = dict.fromkeys(STEREO, sensor["color"])
     streams = {name: {**block, "encoding": "mono8"} for name, block in blocks.items()}
     return _target(folder) + check_frames(folder, streams, fewest=FEWEST_PAIRS)[0]
+
+
+def _without_pictures(folder: Path, sensor: Mapping) -> list[str]:
+    """A line where a sensor has clouds in place of the pictures of a target."""
+    line = f"{folder}: sensor: expected one with pictures, found kind {sensor['kind']}"
+    return [] if "color" in sensor else [line]
 
 
 def _target(folder: Path) -> list[str]:
@@ -164,6 +173,8 @@ def _load(folder: Path, sensor: Mapping) -> list[str]:
 
 def check_hand_eye(folder: Path, sensor: Mapping, *, has_target: bool = True) -> list[str]:
     """Check images of a target on a tracked frame, its poses, and the target's file, if needed."""
+    if lines := _without_pictures(folder, sensor):
+        return lines
     stream, block = next(iter(image_streams(sensor).items()))
     lines = _target(folder) if has_target else []
     lines += check_frames(folder, {stream: block}, fewest=FEWEST_FRAMES)[0]
@@ -178,6 +189,11 @@ def check_tracked(folder: Path, *, has_force: bool) -> list[str]:
     except ValueError as error:
         lines.append(str(error))
     return lines
+
+
+def check_pivot(folder: Path, sensor: Mapping) -> list[str]:
+    """Check images of a target on a probe, and that the sensor's file says how it is found."""
+    return check_poses(folder, None, sensor, None) or check_images(folder, sensor)
 
 
 def _of_probe(check: Callable[..., list[str]], *, has_force: bool = True) -> Callable:
@@ -208,7 +224,7 @@ CHECKS = {
     "loading": check_capture,
     "planes": _planes,
     "hand_eye": check_hand_eye,
-    "pivot": _of_probe(check_images, has_force=False),
+    "pivot": _of_probe(check_pivot, has_force=False),
     "load": _of_probe(_load),
     "stiffness": _of_probe(check_capture),
 }

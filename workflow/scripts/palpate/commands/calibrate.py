@@ -14,12 +14,12 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from palpate.capture.check_capture import check_capture, check_images
+from palpate.capture.check_capture import check_capture
 from palpate.capture.curves.columns import DEPTH, FORCE, column_of, numbers_of
 from palpate.capture.curves.export import read_export
 from palpate.capture.devices import read_device
 from palpate.capture.discover import BACKGROUND
-from palpate.capture.experiments import check_hand_eye, check_tracked, read_marker
+from palpate.capture.experiments import check_hand_eye, check_pivot, check_tracked, read_marker
 from palpate.capture.files import write_text
 from palpate.capture.poses import POSES
 from palpate.capture.tables import FRAMES, WRENCH_COLUMNS, columns_of, read_force, read_table
@@ -115,7 +115,7 @@ def _tip(options: argparse.Namespace, probe: Mapping) -> Found:
         expected = "one for text files alone (a table's columns say theirs, a recording has metres)"
         raise ValueError(f"--unit: expected {expected}, found {options.unit}")
     if recorded:
-        table, sensor = _recording(options, probe, check_images)
+        table, sensor = _recording(options, probe, check_pivot)
         names, poses = [f"frame {k}" for k in table["frame"]], marker_transforms(table)
         if tracked:
             found = find_pivot(poses, names, by_camera=False)
@@ -208,9 +208,9 @@ def _load_blocks(found: Payload, stated: Sequence | None) -> Iterator[str]:
 
 def _hand_eye(options: argparse.Namespace, probe: Mapping) -> Found:
     source, sensor = options.source, _sensor(options)
-    if lines := check_hand_eye(source, sensor, has_target=not probe):
+    if lines := check_hand_eye(source, sensor, has_target="marker" not in probe):
         raise ValueError("\n".join(lines))
-    found = recorded_hand_eye(source, sensor, probe["marker"] if probe else read_marker(source))
+    found = recorded_hand_eye(source, sensor, probe.get("marker") or read_marker(source))
     count = found.poses - len(found.left_out_m)
     clock = sure(found.clock_offset_s * 1e3, found.clock_offset_std_s * 1e3)
     shift = _sure(
@@ -244,7 +244,7 @@ def _stiffness(options: argparse.Namespace, probe: Mapping) -> Found:
             if key not in probe:
                 raise ValueError(f"{options.board}: {key}: expected the probe's, found none")
         table, _ = _recording(options, probe, check_capture)
-        read = f"{len(table)} frames that show the board"
+        read = f"{len(table)} poses"
         columns = recorded_press(table, read_force(source), probe, Force(), **contact)
     else:
         read, warned, columns = _columns(options)
@@ -362,7 +362,7 @@ def _recording(
             raise ValueError("\n".join(lines))
         return tracked_table(source, probe), {}
     sensor = _sensor(options)
-    if not probe:
+    if "marker" not in probe:
         raise ValueError(f"--board: expected the file of what {source} shows, found none")
     if lines := check(source, sensor):
         raise ValueError("\n".join(lines))

@@ -68,7 +68,7 @@ def _new(options: argparse.Namespace) -> None:
     encoding = ENCODINGS[options.kind]
     depth = {"depth": {"encoding": encoding}} if encoding else {}
     camera, probe = {"marker": {}}, {"marker": {}, "exclusion": {"board_radius_m": FILL_IN}}
-    if options.board == NO_BOARD:
+    if options.board == NO_BOARD or options.kind == "cloud":
         camera, probe = {"base": {}}, {"tracked": FILL_IN}
     elif options.board != BOARDS[0]:
         probe["marker"]["kind"] = options.board

@@ -251,6 +251,8 @@ class SensorSpec(Model, use_attribute_docstrings=True):
         for name in OF_PICTURES if self.kind == "cloud" else ():
             if getattr(self, name) not in (None, "stated"):
                 yield name, "none with kind cloud", "one"
+        if self.kind == "cloud" and self.base and self.base.camera_from_base == CALIBRATION:
+            yield "base.camera_from_base", "numbers with kind cloud (no pictures)", CALIBRATION
         if self.kind == "depth" and self.depth.encoding == "kinect_disparity":
             yield "depth.encoding", "one of counts, millimetre", short(self.depth.encoding)
         if self.kind == "stereo" and any(self.color.distortion):

@@ -30,9 +30,13 @@ def tracked_table(folder: str | Path, probe: Mapping) -> pd.DataFrame | None:
     Raises
     ------
     ValueError
-        If they are of another frame than the probe's file names, or as `read_poses` does.
+        If they are of another frame than the probe's file names, or as `read_poses` does; where
+        there are none, if the probe has no target.
     """
     if not (Path(folder) / POSES).is_file():
+        if "marker" not in probe:
+            expected = f"poses (probe {probe['probe']} without marker)"
+            raise ValueError(f"{Path(folder) / POSES}: file: expected {expected}, found nothing")
         return None
     record = read_poses(folder)
     if record.tracked and probe.get("tracked", record.tracked) != record.tracked:
