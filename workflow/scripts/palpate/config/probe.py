@@ -146,7 +146,7 @@ class ProbeSpec(Model, use_attribute_docstrings=True):
     indenter: IndenterSpec
     marker: TargetSpec = None
     tracked: FrameName = None
-    """whose poses probe_poses.csv holds, as it names it, like tool0; beside marker the target's frame"""
+    """whose poses probe_poses.csv holds, as it names it, like tool0; with marker the target's"""
     marker_from_force: Transform = option(
         ...,
         "the force sensor in the target's frame (origin at the first inner corner, x right and y"
