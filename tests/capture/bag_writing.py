@@ -19,6 +19,7 @@ ENCODINGS = {"uint8": "rgb8", "uint16": "16UC1", "float32": "32FC1"}
 # Quaternion and translation [m] of each camera in the camera's body.
 COLOR_POSE = (0.5, -0.5, 0.5, -0.5), (0.01, 0.02, 0.03)
 DEPTH_POSE = (0.49, -0.51, 0.49, -0.5097058), (0.01, 0.045, 0.028)
+CAMERAS = (BODY_FRAME, COLOR_FRAME, COLOR_POSE), (BODY_FRAME, DEPTH_FRAME, DEPTH_POSE)
 
 
 @dataclass(frozen=True)
@@ -127,15 +128,15 @@ class Messages:
         name = "geometry_msgs/msg/Transform"
         return self.make(name, rotation=rotation, translation=translation)
 
-    def transforms(self, stamp_ns):
+    def transforms(self, stamp_ns, frames=CAMERAS):
         stamped = [
             self.make(
                 "geometry_msgs/msg/TransformStamped",
-                header=self.header(stamp_ns, BODY_FRAME),
-                child_frame_id=frame,
+                header=self.header(stamp_ns, parent),
+                child_frame_id=child,
                 transform=self.transform(pose),
             )
-            for frame, pose in ((COLOR_FRAME, COLOR_POSE), (DEPTH_FRAME, DEPTH_POSE))
+            for parent, child, pose in frames
         ]
         return self.make("tf2_msgs/msg/TFMessage", transforms=stamped)
 

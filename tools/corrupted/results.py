@@ -68,10 +68,6 @@ def _behind(points):
     return points + (np.arange(len(points))[:, None] % 3 == 0) * [0, 0, 0.3]
 
 
-def _rough(points):
-    return points + np.random.default_rng(1).normal(0, 0.006, points.shape)
-
-
 WHOLE = {"cut to half": to.cut(0.5), "zero bytes": to.holds(b"")}
 ARCHIVE = WHOLE | {
     "a bit flipped": to.content(to.flipped),
