@@ -90,17 +90,8 @@ def pressed(names: tuple[str, ...], ratios: tuple[float, ...] | None) -> Indenta
     mesh = read_solid(ROOT / "config/meshes/foam_block.vtu")
     support = Support(np.zeros(3), -DOWN, 1e-3, "bonded")
     given = {} if ratios is None else {"poisson_ratios": ratios}
-    return indentation_model(
-        mesh,
-        support,
-        POINT_M,
-        DOWN,
-        radius_m=RADIUS_M,
-        deepest_m=0.007,
-        laws=names,
-        options=ELEMENTS,
-        **given,
-    )
+    given |= {"radius_m": RADIUS_M, "deepest_m": 0.007, "laws": names, "options": ELEMENTS}
+    return indentation_model(mesh, support, POINT_M, DOWN, **given)
 
 
 def twice(model: IndentationModel) -> IndentationModel:
@@ -123,21 +114,10 @@ def row_of(
 ) -> dict:
     """Estimate of three captures, with noise of their own, against the truth."""
     deepest = radii * RADIUS_M
-    captures = [
-        indentation_of(
-            E,
-            nu,
-            seed + k,
-            maximum_depth_m=deepest,
-            least_m=deepest / 15,
-            solid=(cell, truth, table),
-            motion_std_m=MOTION_STD_M,
-            offset_std_m=OFFSET_STD_M,
-        )
-        for k in range(CAPTURES)
-    ]
-    options = Fit(shift_std_m=2e-5)
-    found = estimate_direct(captures, options, radius_m=RADIUS_M)
+    of = {"maximum_depth_m": deepest, "least_m": deepest / 15, "solid": (cell, truth, table)}
+    of |= {"motion_std_m": MOTION_STD_M, "offset_std_m": OFFSET_STD_M}
+    captures = [indentation_of(E, nu, seed + k, **of) for k in range(CAPTURES)]
+    found = estimate_direct(captures, Fit(shift_std_m=2e-5), radius_m=RADIUS_M)
     told = np.array([found.quantities.depth_m])
     harder = float((truth.force(told, nu, 0.0) / table.force(told, nu, 0.0))[0])
     star = E / (1 - nu**2)

@@ -93,18 +93,14 @@ def _mesh_of(points_m: NDArray, normals: NDArray) -> trimesh.Trimesh:
     return trimesh.Trimesh(points_m, faces, process=False)
 
 
-def _deepest(scene: Dented, tracked: Tracked) -> dict:
-    return accuracy_row(scene.truth, tracked)
-
-
 def _error(scene: Dented, tracked: Tracked) -> float:
-    return _deepest(scene, tracked)["place_mean_all_mm"]
+    return accuracy_row(scene.truth, tracked)["place_mean_all_mm"]
 
 
 def _rows(
     name: str, scene: Dented, tracked: Tracked, seconds: float | None, against: str = SCENE
 ) -> list[tuple]:
-    row = _deepest(scene, tracked)
+    row = accuracy_row(scene.truth, tracked)
     rows = [
         (f"{name}: mean error, {region}", row[f"place_mean_{region}_mm"], "mm", against)
         for region in REGIONS
