@@ -64,16 +64,20 @@ def test_a_base_that_all_captures_of_a_rig_share():
 
 
 def test_the_clock_of_the_camera():
-    """Of slow poses: E, nu and the clock are off by as much as stated."""
+    """Of slow poses: E, nu and the clock are off by as much as stated; the force's is the camera's.
+
+    But for the 10 ms that `indentation_of` states.
+    """
     rng, deviations = np.random.default_rng(7), []
     for seed in range(DRAWS):
-        clock_s = rng.normal(0, 0.04)
-        capture = indentation_of(E, NU, seed, camera_clock_s=clock_s)
+        clock_s, force_s = rng.normal(0, [0.04, 0.01])
+        clocks = {"camera_clock_s": clock_s, "delay_s": clock_s - force_s}
+        capture = indentation_of(E, NU, seed, **clocks)
         best, off, std = found([replace(capture, camera_clock_std_s=0.04)])
         own = nuisances(best, 0)
         clock = (own["camera_clock_s"] - clock_s) / own["camera_clock_std_s"]
         deviations.append([*off / std, clock])
-        assert own["camera_clock_std_s"] < 0.03 and -1 < own["clocks_correlation"] < 1
+        assert own["camera_clock_std_s"] < 0.04 and -1 < own["clocks_correlation"] < 1
     spread = np.sqrt(np.square(deviations).mean(axis=0))
     assert (spread > LEAST).all() and (spread < MOST).all()
 

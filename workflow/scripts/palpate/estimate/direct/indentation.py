@@ -107,7 +107,7 @@ class DirectIndentation:
         Of an error that all depths share, beside the tip's [m].
     clock_expected_s, clock_std_s : float
         What the forces' clock offset is too large by if the clocks agree, and the deviation of
-        their difference [s].
+        the force's clock from the camera's [s].
     camera_clock_std_s : float, optional
         Of the poses' clock against the camera's [s]; 0 where they come from its pictures.
     force_std_n : float

@@ -132,6 +132,8 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     offsets, clocks, cameras, away = ([getattr(one, k) for one in indentations] for k in names)
     moving = [np.diag(one.support_axes.std) for one in indentations]
     fractions = SHARED + np.arange(terms)
+    # Stated are force and poses against the camera: what the poses are off by moves both unknowns.
+    of_poses = sum(of_captures([place], cameras) for place in (CLOCK, CAMERA_CLOCK))
     known = [
         ("law of the force", "1", each([FORCE_LAW], [options.force_law_std])),
         ("law of the motion", "1", each([MOTION_LAW], [options.motion_law_std])),
@@ -140,7 +142,7 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
         *((name, "m", shared(name)) for name in dict.fromkeys(chain(*roots))),
         ("zero of the depth", "m", of_captures([OFFSET], offsets)),
         ("clocks", "s", of_captures([CLOCK], clocks)),
-        ("clock of the camera", "s", of_captures([CAMERA_CLOCK], cameras)),
+        ("clock of the camera", "s", of_poses),
         ("zero of the motion", "m", of_captures([SHIFT], [options.shift_std_m] * count)),
         ("place of the contact", "m", of_captures(PLACE, away)),
         ("sinking", "m", of_all(SUPPORT, [one[:, :1] for one in moving])),

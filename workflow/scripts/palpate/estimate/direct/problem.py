@@ -34,6 +34,7 @@ from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 from palpate.surface.sharp_edges import sharp_edge_distance
+from palpate.vision.clock import USB_CLOCK_STD_S
 from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP, from_pictures, marker_transforms
 
@@ -56,8 +57,8 @@ class ProbeRecord:
     stiffness_n_m : float
         Of the probe between target and tip along its axis; infinite where its file says nothing.
     clock_offset_s, clock_std_s : float
-        Force clock minus the poses', which of pictures is the camera's, as the forces take it, and
-        its deviation from 0 before an indentation determines it [s].
+        Force clock minus the poses', which of pictures is the camera's, as the forces take it; and
+        the deviation of the force's from the camera's before an indentation determines it [s].
     turns : (f, 3, 3) array
         Of the probe's target or tracked frame, camera frame.
     uncertainty : ProbeUncertainty, optional
@@ -98,7 +99,7 @@ class ProbeRecord:
             tip_std_m=float(np.nanmedian(path[ALONG_STD])),
             stiffness_n_m=probe.get("stiffness_n_m", np.inf),
             clock_offset_s=clock_offset_s,
-            clock_std_s=clock_std_s,
+            clock_std_s=sensor.get("clock_offset_std_s", USB_CLOCK_STD_S) if base else clock_std_s,
             turns=marker_transforms(path)[:, :3, :3],
             uncertainty=ProbeUncertainty.of(probe, base),
             camera_clock_std_s=said_of_base(sensor, "clock_offset_std_s") if base else 0.0,
