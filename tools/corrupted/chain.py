@@ -30,6 +30,7 @@ def jobs(config: Mapping) -> dict[str, tuple[Mapping, Mapping, Mapping]]:
     model, mask = {"model": f"{HERE}/background.npz"}, {"mask": f"{OUT}/mask.npz"}
     plane, pose = {"plane": f"{HERE}/support_plane.json"}, {"pose": f"{OUT}/probe_pose.csv"}
     force, clock = {"force": f"{OUT}/force.csv"}, {"clock": f"{OUT}/clock.json"}
+    path = {"path": f"{OUT}/path.csv"}
     cloud, alignment = f"{OUT}/rest_cloud.npz", {"alignment": f"{OUT}/alignment.json"}
     optics, calibrations = {"optics": None}, {"calibrations": None}
     alike = thing | template | pose | force
@@ -42,7 +43,7 @@ def jobs(config: Mapping) -> dict[str, tuple[Mapping, Mapping, Mapping]]:
         "mask": (films | model, mask, sensor | plain),
         "probe_pose": (films | optics | calibrations, pose,
                        sensor | probe | {"options": config["probe_pose"]}),
-        "force": (films | thing | pose | plane | calibrations, force | clock,
+        "force": (films | thing | pose | plane | calibrations, force | path | clock,
                   sensor | probe | {"options": config["force"]}),
         "clouds": (films | optics | alike | plane | mask, {"clouds": cloud},
                    sensor | probe | first | {"options": config["clouds"]}),
