@@ -1,7 +1,8 @@
 """Poses of a tracked frame in a base frame: probe_poses.csv of a robot or an optical tracker."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 import pandas as pd
@@ -45,6 +46,10 @@ class PoseRecord:
     std_m: NDArray
     base: str = ""
     tracked: str = ""
+
+    def filled(self, std_m: float) -> Self:
+        """The record, with a standard error of the place [m] where it says none."""
+        return replace(self, std_m=np.where(np.isfinite(self.std_m), self.std_m, std_m))
 
     def at(self, time_s: ArrayLike, *, largest_gap_s: float) -> tuple[NDArray, NDArray]:
         """Interpolate poses: places by straight lines, turns by SLERP.

@@ -219,7 +219,7 @@ def asks_for_base(sensor: Mapping) -> bool:
 
 def said_of_base(sensor: Mapping, name: str) -> float:
     """A number of a sensor's block ``base``, or what it is of a sensor without one."""
-    return (sensor.get("base") or {}).get(name, BaseSpec.model_fields[name].default)
+    return sensor.get("base", {}).get(name, BaseSpec.model_fields[name].default)
 
 
 class SensorSpec(Model, use_attribute_docstrings=True):

@@ -1,7 +1,7 @@
 """Pictures of a target in folders, as people keep them: one folder for each camera."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -167,8 +167,7 @@ def tracked_views(folder: str | Path, sensor: Mapping, board: FlatBoard) -> View
     """
     camera, follow = camera_from_spec(sensor["color"]), CornerFollower(board)
     noise_m, noise_rad = (said_of_base(sensor, name) for name in ("pose_std_m", "pose_std_rad"))
-    record = read_poses(folder)
-    record = replace(record, std_m=np.where(np.isfinite(record.std_m), record.std_m, noise_m))
+    record = read_poses(folder).filled(noise_m)
     none = np.full((len(board.points_m), 2), np.nan)
     found = [follow(grey(image)) for image in Stream(folder, sensor)]
     follow.require_right()
@@ -179,7 +178,7 @@ def tracked_views(folder: str | Path, sensor: Mapping, board: FlatBoard) -> View
     usable = np.isfinite(corners).any(axis=(1, 2)) & np.isfinite(poses).all(axis=(1, 2))
     rests = _rests(poses, np.flatnonzero(usable & (inside == time_s)))
     means = [_mean(corners[rest]) for rest in rests]
-    limit_px = (sensor.get("marker") or {}).get("reprojection_threshold_px", THRESHOLD_PX)
+    limit_px = sensor.get("marker", {}).get("reprojection_threshold_px", THRESHOLD_PX)
     placed = settle([candidate_poses(one, camera, board, threshold_px=limit_px) for one in means])
     kept = [k for k, pose in enumerate(placed) if pose]
     if not kept:

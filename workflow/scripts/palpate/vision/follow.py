@@ -70,7 +70,7 @@ def followed(
     """
     time_s = read_frames(folder)["time_s"].to_numpy()
     if (Path(folder) / POSES).is_file():
-        poses = placed_poses(read_poses(folder), time_s, sensor["base"])
+        poses = placed_poses(read_poses(folder), time_s, sensor)
         found = [(pose, False) for pose in poses]
         expected = f"expected poses at most {LARGEST_GAP_S:g} s apart about the frames"
         sought = f"{Path(folder) / POSES}: {expected}"

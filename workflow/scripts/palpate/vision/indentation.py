@@ -67,7 +67,7 @@ def capture_path(
     """
     path = poses
     if (Path(folder) / POSES).is_file():
-        path = _at_own_rate(Path(folder), record, poses, sensor["base"], probe)
+        path = _at_own_rate(Path(folder), record, poses, sensor, probe)
         step_s = float(path["time_s"].diff().median())
         options = options.changed(linear_window_s=min(step_s, options.linear_window_s))
     table, clock = capture_wrenches(record, path, sensor, probe, options, up=up)
@@ -76,19 +76,16 @@ def capture_path(
 
 
 def _at_own_rate(
-    folder: Path, record: pd.DataFrame, poses: pd.DataFrame, base: Mapping, probe: Mapping
+    folder: Path, record: pd.DataFrame, poses: pd.DataFrame, sensor: Mapping, probe: Mapping
 ) -> pd.DataFrame:
     """Poses at the frames and between them: as many as the tracker and the force's record have."""
     tracked, frames_s = read_poses(folder), poses["time_s"].to_numpy(float)
     step_s = max(np.median(np.diff(of)) for of in (tracked.time_s, record["time_s"]))
     gaps_s = np.diff(frames_s)
     parts = np.fmax(np.fmin(np.rint(gaps_s * PATH_HZ), gaps_s // step_s), 1).astype(int)
-    starts, place = (
-        np.repeat(np.arange(len(parts)), parts),
-        np.concatenate([*map(np.arange, parts)]),
-    )
-    between_s = (frames_s[starts] + place * (gaps_s / parts)[starts])[place > 0]
-    placed = placed_poses(tracked, between_s, base) if len(between_s) else []
+    ends = zip(frames_s[:-1], frames_s[1:], parts + 1, strict=True)
+    between_s = np.concatenate([np.linspace(*one)[1:-1] for one in ends])
+    placed = placed_poses(tracked, between_s, sensor) if len(between_s) else []
     kept = [k for k, pose in enumerate(placed) if pose is not None]
     found = [(placed[k], False) for k in kept]
     path = poses

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.capture.images import demosaic, grey
 from palpate.capture.poses import LARGEST_GAP_S, PoseRecord
-from palpate.config.sensor import CALIBRATION, said_of_base
+from palpate.config.sensor import asks_for_base, said_of_base
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.kalman import filter_tip
@@ -122,7 +122,7 @@ def pose_table(
     return table
 
 
-def placed_poses(record: PoseRecord, time_s: NDArray, base: Mapping) -> list[MarkerPose | None]:
+def placed_poses(record: PoseRecord, time_s: NDArray, sensor: Mapping) -> list[MarkerPose | None]:
     """Poses of a tracked frame in the camera frame at some times, each with its own noise.
 
     The error of ``camera_from_base`` is not in their covariance: all of them share it.
@@ -132,8 +132,8 @@ def placed_poses(record: PoseRecord, time_s: NDArray, base: Mapping) -> list[Mar
     record : PoseRecord
     time_s : (n,) array
         The record's clock [s].
-    base : mapping
-        The block of a sensor's file.
+    sensor : mapping
+        The sensor's file, whose block ``base`` places the record's base.
 
     Returns
     -------
@@ -145,20 +145,19 @@ def placed_poses(record: PoseRecord, time_s: NDArray, base: Mapping) -> list[Mar
     ValueError
         If a time is outside of the record, or nobody places the base.
     """
-    if base["camera_from_base"] == CALIBRATION:
+    if asks_for_base(sensor):
         raise ValueError(
             "base.camera_from_base: expected the hand_eye.json that the sensor's file asks for,"
             " found none"
         )
-    known = {"base": base}
-    noise_m, noise_rad = (said_of_base(known, name) for name in ("pose_std_m", "pose_std_rad"))
-    record = replace(record, std_m=np.where(np.isfinite(record.std_m), record.std_m, noise_m))
-    poses, std_m = record.at(time_s, largest_gap_s=LARGEST_GAP_S)
+    noise_m, noise_rad = (said_of_base(sensor, name) for name in ("pose_std_m", "pose_std_rad"))
+    poses, std_m = record.filled(noise_m).at(time_s, largest_gap_s=LARGEST_GAP_S)
+    camera_from_base = np.array(sensor["base"]["camera_from_base"])
     return [
         MarkerPose(pose, np.diag([noise_rad**2] * 3 + [std**2] * 3), 0, np.nan)
         if np.isfinite(std)
         else None
-        for pose, std in zip(np.array(base["camera_from_base"]) @ poses, std_m, strict=True)
+        for pose, std in zip(camera_from_base @ poses, std_m, strict=True)
     ]
 
 
@@ -284,16 +283,13 @@ def check_steepness(
         camera_from_base = np.array(base["camera_from_base"])[:3, :3]
         inside = camera_from_base.T @ turns
         written = Rotation.from_matrix(inside).as_quat(scalar_first=True)
-        causes = (
-            ("quaternions with the scalar last?", Rotation.from_quat(written).as_matrix()),
-            ("poses of the base in the tracked frame?", inside.swapaxes(1, 2)),
-            ("marker_from_force? base.camera_from_base? poses of another tool?", None),
-        )
-        cause = "probe_poses.csv: " + next(
-            text
-            for text, other in causes
-            if other is None or off_deg(camera_from_base @ other) <= LARGEST_SLANT_DEG
-        )
+        taken = {
+            "quaternions with the scalar last?": Rotation.from_quat(written).as_matrix(),
+            "poses of the base in the tracked frame?": inside.swapaxes(1, 2),
+        }
+        near = (k for k, v in taken.items() if off_deg(camera_from_base @ v) <= LARGEST_SLANT_DEG)
+        other = "marker_from_force? base.camera_from_base? poses of another tool?"
+        cause = f"probe_poses.csv: {next(near, other)}"
     # A board counted the other way round has its axes turned by a right angle.
     elif "inner_corners" in probe.get("marker", {}) and any(
         off_deg(turns @ turn) <= LARGEST_SLANT_DEG for turn in (QUARTER_TURN, QUARTER_TURN.T)
