@@ -6,7 +6,6 @@ as the lab's, give points of what the sphere and its stem do not hide, with nois
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +37,9 @@ STEPS = {"element_m": 0.003, "step_m": 0.001, "deepest_m": 0.008}
 # Points of a cloud nearer to the tip's centre are the probe's, and neighbours in a plane's fit.
 EXCLUDED_M, NEIGHBOURS = 0.0085, 30
 FIRST_DEPTH_M = 1e-9
+# Rays of each frame that hit the block, of which a few near the tip are left out of its cloud, and
+# the standard deviation of each point along its ray [m].
+POINTS, NOISE_M = 30_000, 0.001
 
 
 @dataclass(frozen=True)
@@ -51,15 +53,12 @@ class Dented:
     truth : dict
         Fields of truth.npz that trackers are measured by: ``camera_from_object``,
         ``surface_rest_m``, ``surface_faces``, ``surface_m`` (f, n, 3), ``tip_m``, ``depth_m``.
-    time_s : (f,) array
     """
 
     recorded: Recorded
     truth: dict
-    time_s: NDArray
 
 
-@cache
 def block_steps() -> LoadSteps:
     """The lab's contact mechanics at the middle of the block's top, to 8 mm."""
     lab = yaml.safe_load((ROOT / "config/lab.yaml").read_text(encoding="utf-8"))
@@ -67,49 +66,25 @@ def block_steps() -> LoadSteps:
     return indent_object(block | {"contact": block["contact"] | STEPS}, POINT_M, RADIUS_M)
 
 
-def block_template(edge_m: float = EDGE_M) -> Template:
-    """Closed triangulation of the block, object frame."""
-    mesh = box_template(SIZE_M, edge_m)
-    return Template(np.asarray(mesh.vertices), np.asarray(mesh.faces))
-
-
-def camera_pose() -> NDArray:
-    """camera_from_object of the camera, (4, 4)."""
-    pose = look_at(TARGET_M, distance_m=DISTANCE_M, elevation_deg=ELEVATION_DEG)
-    return np.linalg.inv(pose)
-
-
-def dented_block(
-    depths_m: Sequence[float],
-    *,
-    noise_m: float = 0.001,
-    points: int = 30_000,
-    seed: int = 0,
-    edge_m: float = EDGE_M,
-) -> Dented:
+def dented_block(depths_m: Sequence[float]) -> Dented:
     """Frames of the block at depths of the sphere, with the truth of each.
 
     Parameters
     ----------
     depths_m : sequence of float
         Depth in each frame, from 0 to 0.008; the first frame's should be 0 [m].
-    noise_m : float
-        Standard deviation of each point along its ray [m].
-    points : int
-        Rays of each frame that hit the block; a few near the tip are left out of its cloud.
-    seed : int
-    edge_m : float
-        Edges of the template before its refinement [m].
     """
-    depths, steps, pose = np.asarray(depths_m, dtype=float), block_steps(), camera_pose()
+    depths, steps = np.asarray(depths_m, dtype=float), block_steps()
+    pose = np.linalg.inv(look_at(TARGET_M, distance_m=DISTANCE_M, elevation_deg=ELEVATION_DEG))
+    mesh = box_template(SIZE_M, EDGE_M)
     tips = steps.point_m + np.column_stack([0 * depths, 0 * depths, RADIUS_M - depths])
     surfaces = steps.surface_at(depths)
     clouds = [
-        _cloud(surface, steps.surface_faces, tip, pose, noise_m, points, [seed, k])
+        _cloud(surface, steps.surface_faces, tip, pose, seed=[0, k])
         for k, (surface, tip) in enumerate(zip(surfaces, tips, strict=True))
     ]
     recorded = Recorded(
-        template=block_template(edge_m),
+        template=Template(np.asarray(mesh.vertices), np.asarray(mesh.faces)),
         solid=read_solid(ROOT / "config/meshes/foam_block.vtu"),
         support=floor(0.001),
         clouds=clouds,
@@ -126,7 +101,7 @@ def dented_block(
         "tip_m": recorded.tips_m,
         "depth_m": depths,
     }
-    return Dented(recorded, truth, np.arange(len(depths)) / 6.0)
+    return Dented(recorded, truth)
 
 
 def _alignment(pose: NDArray, depths: NDArray) -> Alignment:
@@ -136,27 +111,22 @@ def _alignment(pose: NDArray, depths: NDArray) -> Alignment:
 
 
 def _cloud(
-    surface: NDArray,
-    faces: NDArray,
-    tip: NDArray,
-    pose: NDArray,
-    noise_m: float,
-    points: int,
-    seed: list,
+    surface: NDArray, faces: NDArray, tip: NDArray, pose: NDArray, *, seed: list
 ) -> tuple[NDArray, NDArray]:
     """Points (n, 3) [m] and normals of what the camera sees, camera frame."""
     rng = np.random.default_rng(seed)
     corners = to_camera(pose, surface)
     slopes = corners[:, :2] / corners[:, 2:]
     low, high = slopes.min(axis=0), slopes.max(axis=0)
-    scene = _scene(corners, faces, to_camera(pose, _probe(tip)[0]), _probe(tip)[1])
+    probe, probe_faces = _probe(tip)
+    scene = _scene(corners, faces, to_camera(pose, probe), probe_faces)
     seen = np.zeros((0, 3))
-    while len(seen) < points:
-        drawn = rng.uniform(low, high, (2 * points, 2))
+    while len(seen) < POINTS:
+        drawn = rng.uniform(low, high, (2 * POINTS, 2))
         seen = np.concatenate([seen, _hits(scene, drawn)])
-    seen = seen[:points]
+    seen = seen[:POINTS]
     rays = seen / np.linalg.norm(seen, axis=1, keepdims=True)
-    seen = seen + rays * rng.normal(0, noise_m, (points, 1))
+    seen = seen + rays * rng.normal(0, NOISE_M, (POINTS, 1))
     away = np.linalg.norm(seen - to_camera(pose, tip), axis=1) > EXCLUDED_M
     cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(seen[away]))
     cloud.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(NEIGHBOURS))
