@@ -191,7 +191,7 @@ def check_tracked(folder: Path, *, has_force: bool) -> list[str]:
     return lines
 
 
-def check_pivot(folder: Path, sensor: Mapping) -> list[str]:
+def _pivot(folder: Path, sensor: Mapping) -> list[str]:
     """Check images of a target on a probe, and that the sensor's file says how it is found."""
     return check_poses(folder, None, sensor, None) or check_images(folder, sensor)
 
@@ -217,6 +217,8 @@ def _filled(path: Path, columns: list[str]) -> tuple[pd.DataFrame | None, list[s
     return table, check_numbers(path, table, columns)
 
 
+# Of a probe with a target, or of one that is tracked: without forces, and with them.
+check_pivot, check_with_force = _of_probe(_pivot, has_force=False), _of_probe(check_capture)
 CHECKS = {
     "calibration": _calibration,
     "workspace": _workspace,
@@ -224,7 +226,7 @@ CHECKS = {
     "loading": check_capture,
     "planes": _planes,
     "hand_eye": check_hand_eye,
-    "pivot": _of_probe(check_pivot, has_force=False),
+    "pivot": check_pivot,
     "load": _of_probe(_load),
-    "stiffness": _of_probe(check_capture),
+    "stiffness": check_with_force,
 }

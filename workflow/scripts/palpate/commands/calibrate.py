@@ -14,12 +14,11 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from palpate.capture.check_capture import check_capture
 from palpate.capture.curves.columns import DEPTH, FORCE, column_of, numbers_of
 from palpate.capture.curves.export import read_export
 from palpate.capture.devices import read_device
 from palpate.capture.discover import BACKGROUND
-from palpate.capture.experiments import check_hand_eye, check_pivot, check_tracked, read_marker
+from palpate.capture.experiments import check_with_force, check_hand_eye, check_pivot, read_marker
 from palpate.capture.files import write_text
 from palpate.capture.poses import POSES
 from palpate.capture.tables import FRAMES, WRENCH_COLUMNS, columns_of, read_force, read_table
@@ -243,7 +242,7 @@ def _stiffness(options: argparse.Namespace, probe: Mapping) -> Found:
         for key in TRANSFORMS if probe else ():
             if key not in probe:
                 raise ValueError(f"{options.board}: {key}: expected the probe's, found none")
-        table, _ = _recording(options, probe, check_capture)
+        table, _ = _recording(options, probe, check_with_force)
         read = f"{len(table)} poses"
         columns = recorded_press(table, read_force(source), probe, Force(), **contact)
     else:
@@ -293,7 +292,7 @@ def _static_poses(options: argparse.Namespace, probe: Mapping) -> StaticPoses:
     """Those of a recording, or the rows of a table."""
     source = options.source
     if source.is_dir():
-        table, _ = _recording(options, probe, check_capture)
+        table, _ = _recording(options, probe, check_with_force)
         return static_poses(table, read_force(source), probe)
     table = read_table(source)
     rows = [f"row {k}" for k in range(1, len(table) + 1)]
@@ -356,16 +355,14 @@ def _recording(
 
     Or the poses of a record in their base frame, and no sensor.
     """
-    source = options.source
-    if (source / POSES).is_file():
-        if lines := check_tracked(source, has_force=check is check_capture):
-            raise ValueError("\n".join(lines))
-        return tracked_table(source, probe), {}
-    sensor = _sensor(options)
-    if "marker" not in probe:
+    source, tracked = options.source, (options.source / POSES).is_file()
+    sensor = {} if tracked else _sensor(options)
+    if not tracked and "marker" not in probe:
         raise ValueError(f"--board: expected the file of what {source} shows, found none")
     if lines := check(source, sensor):
         raise ValueError("\n".join(lines))
+    if tracked:
+        return tracked_table(source, probe), sensor
     return board_followed(source, sensor, probe["marker"], ProbePose()), sensor
 
 
