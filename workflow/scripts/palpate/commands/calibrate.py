@@ -18,7 +18,7 @@ from palpate.capture.curves.columns import DEPTH, FORCE, column_of, numbers_of
 from palpate.capture.curves.export import read_export
 from palpate.capture.devices import read_device
 from palpate.capture.discover import BACKGROUND
-from palpate.capture.experiments import check_with_force, check_hand_eye, check_pivot, read_marker
+from palpate.capture.experiments import check_hand_eye, check_pivot, check_with_force, read_marker
 from palpate.capture.files import write_text
 from palpate.capture.poses import POSES
 from palpate.capture.tables import FRAMES, WRENCH_COLUMNS, columns_of, read_force, read_table

@@ -247,7 +247,8 @@ class SensorSpec(Model, use_attribute_docstrings=True):
     def conflicts(self) -> Iterator[tuple]:
         """Numbers of another kind of sensor, and nothing by which a probe is followed."""
         if self.marker is None and self.base is None:
-            yield "marker", "a value (or base, of poses of a robot or a tracker)", "nothing"
+            field, other = ("base", "") if self.kind == "cloud" else ("marker", "or base, ")
+            yield field, f"a value ({other}of poses of a robot or a tracker)", "nothing"
         for name in OF_PICTURES if self.kind == "cloud" else ():
             if getattr(self, name) not in (None, "stated"):
                 yield name, "none with kind cloud", "one"
