@@ -98,6 +98,8 @@ def test_the_tools_pose_in_the_base_frame_by_transforms(film, tmp_path, capsys):
     (tmp_path / "sensors/camera.yaml").write_text(yaml.safe_dump(spec))
     line = rejected(capsys, tmp_path, bag, "--tracked", "tool", target="raw/block/camera/09")
     assert_like("camera.yaml: base: expected where it is, like {camera_from_base: .*found", line)
+    # Pictures that are to tell where it is need none.
+    assert bring(bag, tmp_path / "raw/sensors/camera/hand_eye", "--tracked", "tool") == 0
 
 
 def test_a_chain_is_interpolated_and_never_extrapolated(film, tmp_path, capsys):
