@@ -30,18 +30,22 @@ def tracked_table(folder: str | Path, probe: Mapping) -> pd.DataFrame | None:
     Raises
     ------
     ValueError
-        If they are of another frame than the probe's file names, or as `read_poses` does; where
-        there are none, if the probe has no target.
+        If they are of another frame than the probe's file names, or it names none but has a
+        target; if there is no file and no target; or as `read_poses` does.
     """
-    if not (Path(folder) / POSES).is_file():
+    path = Path(folder) / POSES
+    if not path.is_file():
         if "marker" not in probe:
             expected = f"poses (probe {probe['probe']} without marker)"
-            raise ValueError(f"{Path(folder) / POSES}: file: expected {expected}, found nothing")
+            raise ValueError(f"{path}: file: expected {expected}, found nothing")
         return None
+    if "marker" in probe and "tracked" not in probe:
+        expected = "a probe whose file names the tracked frame (tracked)"
+        raise ValueError(f"{path}: tracked: expected {expected}, found a target's (marker)")
     record = read_poses(folder)
     if record.tracked and probe.get("tracked", record.tracked) != record.tracked:
         found = f"expected {probe['tracked']}, as the probe's file has it, found {record.tracked}"
-        raise ValueError(f"{Path(folder) / POSES}: tracked: {found} (poses of another tool?)")
+        raise ValueError(f"{path}: tracked: {found} (poses of another tool?)")
     step = max(1, int(STEP_S / np.median(np.diff(record.time_s))))
     poses = marker_columns(record.base_from_tracked[::step])
     rows = {"frame": range(0, len(record.time_s), step), "time_s": record.time_s[::step]}
