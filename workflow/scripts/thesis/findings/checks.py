@@ -1,15 +1,15 @@
 """Computations behind the study's findings; each can come out either way."""
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Collection
 
 import numpy as np
 import pandas as pd
+from palpate.units import PERCENT
 
 from thesis.findings.printed import BALL, BLOCK, EAR
-from thesis.findings.sensor_checks import FIRST, SECOND
-from thesis.findings.verdicts import Outcome, every, rank_test, sign_test
+from thesis.findings.verdicts import Outcome, every, rank_test, sign_test, trend_test
 
+FIRST, SECOND = "bumblebee", "kinect"
 DISPLACEMENT, BOTH = "displacement", "force_displacement"
 # Table 5.1's deviation is 8.7 % of its mean: less than that between places is no pattern.
 LEAST_PATTERN = 1.09
@@ -19,8 +19,10 @@ EXACT, CLOSE, FAR = 1e-3, 0.10, 0.5
 MUCH_LESS = 0.5
 # The tracker errs by 0.3 to 0.7 mm: noise of 0.1 to 1 mm encloses that.
 NOISE_M = 1e-4, 1e-3
-# Decimals of moduli [Pa] and ratios in the evidence.
-DIGITS = {"youngs_modulus_pa": 0, "poisson_ratio": 3}
+# Deviations of one traced path each closer than this are the same.
+STEADIER = 1.1
+# Part of its volume that a surface must lose to have shrunk.
+SHRUNK = 0.01
 UNITS = {"youngs_modulus_pa": "Pa", "reduced_modulus_pa": "Pa"}
 NU, VERDICT, IDENTIFIED = "poisson_ratio", "poisson_ratio_verdict", "identified"
 LAME = ["lame_lambda_pa", "lame_mu_pa"]
@@ -28,18 +30,21 @@ Check = Callable[[pd.DataFrame], Outcome]
 PLACE = ["object", "sensor", "point", "error"]
 
 
+def check_of(text: str) -> Check:
+    """The check that findings.yaml names: a function of this module and its arguments."""
+    name, *arguments = text.split()
+    return lambda table: globals()[name](table, *arguments)
+
+
 def stiffer_in_the_middle(points: pd.DataFrame) -> Outcome:
     """Hertz's E* of the inner points of the middle row against all others, by sensor."""
-    inner = points["row"].eq(MIDDLE_ROW) & points["column"].between(*MIDDLE_COLUMNS)
-    values = points["reduced_modulus_pa"]
-    return every(
-        [
-            (sensor, rank_test(values[mine & inner], values[mine & ~inner],
-                               least_ratio=LEAST_PATTERN))
-            for sensor in sorted(points["sensor"].unique())
-            for mine in [points["sensor"] == sensor]
-        ]
-    )  # fmt: skip
+
+    def test(mine: pd.DataFrame) -> Outcome:
+        inner = mine["row"].eq(MIDDLE_ROW) & mine["column"].between(*MIDDLE_COLUMNS)
+        values = mine["reduced_modulus_pa"]
+        return rank_test(values[inner], values[~inner], least_ratio=LEAST_PATTERN)
+
+    return _each_sensor(points, test)
 
 
 def repeatable(repeats: pd.DataFrame) -> Outcome:
@@ -53,12 +58,12 @@ def repeatable(repeats: pd.DataFrame) -> Outcome:
     )
 
 
-def larger_by_displacement(estimates: pd.DataFrame, *, quantity: str) -> Outcome:
+def larger_by_displacement(estimates: pd.DataFrame, quantity: str) -> Outcome:
     """The displacement error's value against the combined error's, capture by capture."""
     return _paired(estimates, quantity, "error", DISPLACEMENT, BOTH)
 
 
-def larger_by_kinect(estimates: pd.DataFrame, *, quantity: str) -> Outcome:
+def larger_by_kinect(estimates: pd.DataFrame, quantity: str) -> Outcome:
     """The Kinect's value against the Bumblebee's: means of both error options, by point."""
     keys = ["object", "sensor", "point"]
     table = estimates.assign(point=estimates["point"].fillna(""))
@@ -68,11 +73,12 @@ def larger_by_kinect(estimates: pd.DataFrame, *, quantity: str) -> Outcome:
     return _paired(means.rename(quantity).reset_index(), quantity, "sensor", SECOND, FIRST)
 
 
-def where_identified(estimates: pd.DataFrame, *, check: Check) -> Outcome:
+def where_identified(estimates: pd.DataFrame, *words: str) -> Outcome:
     """A check on nu, of the minima alone whose own verdict is that they identify it.
 
     A printed nu has no verdict and counts as it is.
     """
+    check = check_of(" ".join(words))
     everything = check(estimates)
     if VERDICT not in estimates:
         return everything
@@ -120,53 +126,52 @@ def kinect_farther_from_hertz(estimates: pd.DataFrame) -> Outcome:
 
 def softest_at_point_16(estimates: pd.DataFrame) -> Outcome:
     """Whether E of point 16 is the least of points 8, 16 and 17."""
-    mine = estimates[(estimates["object"] == BLOCK) & estimates["point"].isin(["08", "16", "17"])]
-    found = []
-    for names, group in mine.groupby(["sensor", "error"]):
-        E = group.set_index("point")["youngs_modulus_pa"]
-        text = ", ".join(f"{point} {value:.0f} Pa" for point, value in E.items())
-        found.append((" ".join(names), Outcome(text, E.idxmin() == "16" if len(E) == 3 else None)))
-    return every(found)
+    points = ["08", "16", "17"]
+    mine = estimates[(estimates["object"] == BLOCK) & estimates["point"].isin(points)]
+    return every(
+        [
+            (" ".join(names), _compared(group.set_index("point")["youngs_modulus_pa"],
+                                        lambda E: E.idxmin() == "16", "{} {:.0f} Pa", points))
+            for names, group in mine.groupby(["sensor", "error"])
+        ]
+    )  # fmt: skip
 
 
 def softest_to_stiffest(estimates: pd.DataFrame) -> Outcome:
     """Whether E grows from block over ear to ball, by error option."""
-    return _objects(estimates, "youngs_modulus_pa", lambda m: m[BLOCK] < m[EAR] < m[BALL])
+    return _objects(
+        estimates, "youngs_modulus_pa", lambda E: E[BLOCK] < E[EAR] < E[BALL], "{} {:.0f} Pa"
+    )
 
 
 def ball_keeps_its_volume(estimates: pd.DataFrame) -> Outcome:
     """Whether nu of the ball is above that of the two others, by error option."""
-    return _objects(estimates, "poisson_ratio", lambda m: m[BALL] > max(m[BLOCK], m[EAR]))
+    return _objects(estimates, NU, lambda nu: nu[BALL] > max(nu[BLOCK], nu[EAR]), "{} {:.3f}")
 
 
 def ear_settles_first(settled: pd.DataFrame) -> Outcome:
     """Iteration from which the Lame parameters stay near their last values."""
-    least = settled.dropna(subset=["settled_iteration"])
-    least = least.groupby("object")["settled_iteration"].min()
-    text = ", ".join(f"{name} {value:.0f}" for name, value in least.items())
-    if not {EAR, BLOCK, BALL} <= set(least.index):
-        return Outcome(text, None)
-    return Outcome(text, bool(least[EAR] < min(least[BLOCK], least[BALL])))
+    found = settled.dropna(subset=["settled_iteration"])
+    least = found.groupby("object")["settled_iteration"].min()
+    return _compared(least, lambda k: k[EAR] < min(k[BLOCK], k[BALL]), "{} {:.0f}")
 
 
 def error_falls_little(settled: pd.DataFrame) -> Outcome:
     """Part of the first error that minimisation takes away: ear against block and ball."""
-    falls = (1 - settled["error_last_mm"] / settled["error_first_mm"]).groupby(settled["object"])
-    fall = falls.median().dropna()
-    text = ", ".join(f"{name} by {100 * value:.1f} %" for name, value in fall.items())
-    if not {EAR, BLOCK, BALL} <= set(fall.index):
-        return Outcome(text, None)
-    least_other = min(fall[BLOCK], fall[BALL])
-    return Outcome(text, bool(fall[EAR] < CLOSE and fall[EAR] < MUCH_LESS * least_other))
+    falls = 1 - settled["error_last_mm"] / settled["error_first_mm"]
+    fall = PERCENT * falls.groupby(settled["object"]).median().dropna()
+
+    def little(fall: pd.Series) -> bool:
+        much = min(fall[BLOCK], fall[BALL])
+        return fall[EAR] < PERCENT * CLOSE and fall[EAR] < MUCH_LESS * much
+
+    return _compared(fall, little, "{} by {:.1f} %")
 
 
 def more_error_on_the_ball(settled: pd.DataFrame) -> Outcome:
     """Last error of the ball against the block's."""
     last = settled.groupby("object")["error_last_mm"].median()
-    text = ", ".join(f"{name} {value:.2f} mm" for name, value in last.items())
-    if not {BLOCK, BALL} <= set(last.index):
-        return Outcome(text, None)
-    return Outcome(text, bool(last[BALL] > last[BLOCK]))
+    return _compared(last, lambda mm: mm[BALL] > mm[BLOCK], "{} {:.2f} mm", (BLOCK, BALL))
 
 
 def exact_on_exact_data(simulation: pd.DataFrame) -> Outcome:
@@ -195,9 +200,8 @@ def close_on_tracked_data(simulation: pd.DataFrame) -> Outcome:
 
 def minimisation_is_closer(simulation: pd.DataFrame) -> Outcome:
     """Both methods on tracked data, the worse parameter of each."""
-    found = [
-        _off(simulation, method, "tracked") for method in ("linear_method", "minimise_displacement")
-    ]
+    methods = "linear_method", "minimise_displacement"
+    found = [_off(simulation, method, "tracked") for method in methods]
     if None in found:
         return Outcome("not both methods", None)
     linear, searched = (max(one) for one in found)
@@ -205,7 +209,7 @@ def minimisation_is_closer(simulation: pd.DataFrame) -> Outcome:
     return Outcome(text, searched < linear)
 
 
-def noise_upsets(noise: pd.DataFrame, *, error: str) -> Outcome:
+def noise_upsets(noise: pd.DataFrame, error: str) -> Outcome:
     """Linear method and a minimisation with noise on exact displacements, level by level."""
     names = ["linear_method", f"minimise_{error}"]
     least, most = NOISE_M[0] * (1 - EXACT), NOISE_M[1] * (1 + EXACT)
@@ -229,6 +233,84 @@ def noisier_clouds(clouds: pd.DataFrame) -> Outcome:
     return _paired(clouds, "value", "sensor", SECOND, FIRST, unit="mm")
 
 
+def deepest_axis_worst(tip: pd.DataFrame) -> Outcome:
+    """Scatter of the resting tip along the camera's axis against the other two."""
+
+    def deepest(std: pd.Series) -> bool:
+        return std["z"] > max(std["x"], std["y"])
+
+    return _each_sensor(
+        tip,
+        lambda one: _compared(
+            one.set_index("axis")["std_cm"], deepest, "{} {:.4f} cm", needed="xyz"
+        ),
+    )
+
+
+def grows_with_distance(workspace: pd.DataFrame) -> Outcome:
+    """Scatter along the camera's axis against the tip's distance, over the points."""
+    mine = workspace[workspace["selected"]]
+    return _each_sensor(mine, lambda one: trend_test(one["mean_z_m"], one["std_z_m"]))
+
+
+def low_threshold_scatters(workspace: pd.DataFrame) -> Outcome:
+    """Scatter at the least threshold against that at the selected one, point by point."""
+
+    def test(mine: pd.DataFrame) -> Outcome:
+        least = mine["threshold_px"] == mine["threshold_px"].min()
+        return _by_point(mine, "std_z_m", least, mine["selected"], "m")
+
+    return _each_sensor(workspace, test)
+
+
+def higher_threshold_more(workspace: pd.DataFrame, quantity: str) -> Outcome:
+    """Mean over the workspace against the threshold."""
+    means = workspace.groupby(["sensor", "threshold_px"])[quantity].mean().reset_index()
+    return _each_sensor(means, lambda one: trend_test(one["threshold_px"], one[quantity]))
+
+
+def angle_least_inside(workspace: pd.DataFrame) -> Outcome:
+    """Scatter of the normal's angle at the highest threshold against that at the printed one."""
+
+    def test(mine: pd.DataFrame) -> Outcome:
+        threshold = mine["threshold_px"]
+        printed = np.isclose(threshold, mine["published_px"])
+        found = _by_point(mine, "std_angle_rad", threshold == threshold.max(), printed, "rad")
+        least = mine["std_angle_rad"].groupby(threshold).mean().idxmin()
+        return Outcome(f"least mean at {least:g} px; {found.evidence}", found.holds)
+
+    return _each_sensor(workspace, test)
+
+
+def steadier_tracing(case: pd.DataFrame) -> Outcome:
+    """Deviation of the offset of the path from the CD case, as the study's filter gives it."""
+
+    def steadier(std: pd.Series) -> bool | None:
+        one, other = std[FIRST], std[SECOND]
+        return one < other if max(one, other) >= STEADIER * min(one, other) else None
+
+    std = case.set_index("sensor")["study_offset_std_mm"]
+    return _compared(std, steadier, "{} {:.2f} mm", (FIRST, SECOND))
+
+
+def one_view_shrinks(volumes: pd.DataFrame) -> Outcome:
+    """Volume of the ball tracked from one view and from turned clouds, most pressed frame."""
+
+    def shrinks(mine: pd.DataFrame) -> Outcome:
+        one, turned = mine[["one_view_change", "turned_change"]].iloc[0]
+        text = f"{100 * one:+.1f} % from one view, {100 * turned:+.1f} % from turned clouds"
+        shrunk, more = one <= -SHRUNK, turned - one >= SHRUNK
+        return Outcome(text, True if shrunk and more else False if not shrunk else None)
+
+    return _each_sensor(volumes, shrinks)
+
+
+def _by_point(table: pd.DataFrame, quantity: str, one: pd.Series, other: pd.Series, unit: str):
+    """Sign test, point by point, of a quantity in some rows against others."""
+    both = [table[part].set_index("point")[quantity] for part in (one, other)]
+    return sign_test(*both[0].align(both[1], join="inner"), what="points", unit=unit)
+
+
 def _paired(
     table: pd.DataFrame, quantity: str, over: str, larger: str, smaller: str, *, unit: str = ""
 ) -> Outcome:
@@ -241,17 +323,29 @@ def _paired(
     return sign_test(wide[larger], wide[smaller], unit=unit or UNITS.get(quantity, ""))
 
 
-def _objects(estimates: pd.DataFrame, quantity: str, rule) -> Outcome:
+def _objects(estimates: pd.DataFrame, quantity: str, rule: Callable, form: str) -> Outcome:
     """Medians of the objects over the points of the sensor that captured all three."""
     mine = estimates[estimates["sensor"] == FIRST]
-    found = []
-    for error, group in mine.groupby("error"):
-        medians = group.groupby("object")[quantity].median().dropna()
-        digits, unit = DIGITS[quantity], UNITS.get(quantity, "")
-        text = ", ".join(f"{name} {v:.{digits}f} {unit}".strip() for name, v in medians.items())
-        there = {BLOCK, BALL, EAR} <= set(medians.index)
-        found.append((error, Outcome(text, bool(rule(medians)) if there else None)))
-    return every(found)
+    medians = mine.groupby(["error", "object"])[quantity].median().dropna()
+    return every(
+        [
+            (error, _compared(group.droplevel("error"), rule, form))
+            for error, group in medians.groupby("error")
+        ]
+    )
+
+
+def _compared(
+    values: pd.Series, rule: Callable, form: str, needed: Collection[str] = (BLOCK, BALL, EAR)
+) -> Outcome:
+    """Whether values by name follow a rule; open where one that it needs is missing."""
+    text = ", ".join(form.format(name, value) for name, value in values.items())
+    holds = rule(values) if set(needed) <= set(values.index) else None
+    return Outcome(text, None if holds is None else bool(holds))
+
+
+def _each_sensor(table: pd.DataFrame, check: Check) -> Outcome:
+    return every([(sensor, check(group)) for sensor, group in table.groupby("sensor")])
 
 
 def _off(simulation: pd.DataFrame, method: str, data: str) -> list[float] | None:
@@ -268,16 +362,3 @@ def _method(simulation: pd.DataFrame, method: str, data: str, rule) -> Outcome:
         return Outcome("not tried", None)
     text = f"lambda off by {100 * off[0]:.3g} %, mu by {100 * off[1]:.3g} %"
     return Outcome(text, bool(rule(off)))
-
-
-E_LARGER = partial(larger_by_displacement, quantity="youngs_modulus_pa")
-NU_LARGER = partial(
-    where_identified, check=partial(larger_by_displacement, quantity="poisson_ratio")
-)
-KINECT_E_LARGER = partial(larger_by_kinect, quantity="youngs_modulus_pa")
-KINECT_NU_LARGER = partial(
-    where_identified, check=partial(larger_by_kinect, quantity="poisson_ratio")
-)
-BALL_KEEPS_ITS_VOLUME = partial(where_identified, check=ball_keeps_its_volume)
-DISPLACEMENT_BEARS_NOISE = partial(noise_upsets, error=DISPLACEMENT)
-BOTH_BEAR_NOISE = partial(noise_upsets, error=BOTH)

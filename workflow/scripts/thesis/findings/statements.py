@@ -1,6 +1,6 @@
 """The study's findings as statements that its numbers and ours are held against."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,7 +8,7 @@ import pandas as pd
 import yaml
 from palpate.units import PERCENT
 
-from thesis.findings import checks, printed, sensor_checks
+from thesis.findings import checks, printed
 from thesis.findings.checks import LAME
 from thesis.findings.verdicts import LEVEL, UNTESTABLE, Outcome
 
@@ -18,18 +18,17 @@ NOTHING = "words or curves only"
 NOT_HERE = "no such captures in this run"
 EITHER = f"uncorrected p below {LEVEL:g}, does not hold where that is so of the opposite"
 SIGN = f"one-sided sign test, {EITHER}"
-NU_KNOWN = "minima that identify nu alone; "
 # What findings.yaml names in braces.
 WORDS = {
     "sign": SIGN,
     "one_each": f"mean of both error options, one pair a capture; {SIGN}",
     "trend": f"rank correlation above zero, one-sided {EITHER}, for every sensor",
-    "nu_known": NU_KNOWN,
+    "nu_known": "minima that identify nu alone; ",
     "homogeneous": "the lab's block is homogeneous by construction",
     "level": LEVEL,
     "least_pattern": checks.LEAST_PATTERN,
-    "steadier": sensor_checks.STEADIER,
-    "shrunk": PERCENT * sensor_checks.SHRUNK,
+    "steadier": checks.STEADIER,
+    "shrunk": PERCENT * checks.SHRUNK,
 }
 
 
@@ -43,7 +42,8 @@ class Finding:
         What it says, its section, and the rule of decision.
     needs : str
         Name of the table that the check takes.
-    check : callable
+    check : str
+        As of `checks.check_of`.
     remark : str
         What a reader must know of simulated captures.
     excluded : str
@@ -54,21 +54,16 @@ class Finding:
     where: str
     rule: str
     needs: str
-    check: Callable[[pd.DataFrame], Outcome]
+    check: str
     remark: str = ""
     excluded: str = ""
 
 
-def _read(check: str, **words: str) -> Finding:
-    """An entry of findings.yaml."""
-    module, _, name = check.partition(".")
-    found = getattr({"checks": checks, "sensor_checks": sensor_checks}[module], name)
-    return Finding(check=found, **{key: word.format(**WORDS) for key, word in words.items()})
-
-
 TABLE = Path(__file__).with_name("findings.yaml")
 _ENTRIES = yaml.load(TABLE.read_text(encoding="utf-8"), yaml.CSafeLoader)
-FINDINGS = tuple(_read(**entry) for entry in _ENTRIES)
+FINDINGS = tuple(
+    Finding(**{key: text.format(**WORDS) for key, text in entry.items()}) for entry in _ENTRIES
+)
 
 
 def findings(
@@ -137,7 +132,7 @@ def _ours(
     simulated = provenance == "simulated" and mine.evidence != NOT_HERE
     verdict = UNTESTABLE if simulated and one.excluded else mine.verdict
     said = [one.excluded or one.remark] if simulated else []
-    of_nu = one.rule.startswith(NU_KNOWN)
+    of_nu = one.check.startswith(checks.where_identified.__name__)
     if one.needs == "estimates" and mine.evidence != NOT_HERE and not of_nu:
         said.append(checks.identified_in_words(ours["estimates"]))
     return verdict, "; ".join(filter(None, said))
@@ -147,4 +142,4 @@ def _outcome(one: Finding, tables: Mapping[str, pd.DataFrame], otherwise: str) -
     table = tables.get(one.needs)
     if table is None or table.empty:
         return Outcome(otherwise, None)
-    return one.check(table)
+    return checks.check_of(one.check)(table)
