@@ -11,13 +11,16 @@ from floor import floor
 from palpate.solid.mesh import solid_mesh
 from palpate.solid.quality import cutting_triangles
 from palpate.solid.stiffness import combined, elastic_stiffness
+from palpate.surface.alignment import Alignment
 from palpate.surface.options import ElasticTracking
 from palpate.surface.template import Template, refine_template, vertex_normals
+from palpate.surface.tracked import Recorded
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import shortest_path
 from scipy.sparse.linalg import spsolve
 from scipy.spatial.transform import Rotation
 from skfem import MeshTet, MeshTri
+from thesis.minimise.problem import to_solid
 from thesis.tracker.capture import pressed_places, turned_copies
 from thesis.tracker.completion import Completion, Known, complete
 from thesis.tracker.data_points import Frame
@@ -25,7 +28,6 @@ from thesis.tracker.energy import Smoothness
 from thesis.tracker.hierarchy import collapse_edges, hierarchy
 from thesis.tracker.options import Registration, StudyTracking, options_of, tracker_problems
 from thesis.tracker.track import track_frames
-from thesis.tracker.transfer import to_solid
 
 OPTIONS = Registration(
     w_sm=2, w_sm_stop=0.5, data_term="point", data_points="nearest", coarsest_vertices=1000
@@ -186,14 +188,13 @@ def test_completion_recovers_a_linear_elastic_field():
     interior[mesh.surface_nodes()] = False
     observed = ~interior & (mesh.nodes_m[:, 1] < 0.06)
     observed[support] = True
-    found = complete(K1, K2, Known(u, observed, force, support, interior))
-    assert found.lam_pa == pytest.approx(2e4, rel=1e-6)
-    assert found.mu_pa == pytest.approx(1e4, rel=1e-6)
-    assert np.allclose(found.displacement_m, u, atol=1e-9)
+    found, *moduli = complete(K1, K2, Known(u, observed, force, support, interior))
+    assert moduli == pytest.approx([2e4, 1e4], rel=1e-6)
+    assert np.allclose(found, u, atol=1e-9)
     hidden = ~observed & ~interior
     poor = u.copy()
     poor[hidden] *= 0.8
-    better = complete(K1, K2, Known(poor, observed, force, support, interior)).displacement_m
+    better, *_ = complete(K1, K2, Known(poor, observed, force, support, interior))
     assert np.linalg.norm((better - u)[hidden]) < 0.6 * np.linalg.norm((poor - u)[hidden])
 
 
@@ -203,9 +204,9 @@ def test_completion_of_frames_in_turn():
     surface = mesh.surface_nodes()
     faces = np.searchsorted(surface, mesh.surface_triangles())
     rest = mesh.nodes_m[surface]
-    press = {"contact_m": np.array([0.05, 0.05, 0.1]), "indenter_radius_m": 0.006}
-    press |= {"forces_n": np.zeros((2, 3))}
-    completion = Completion(mesh, floor(1e-6), np.eye(4), rest, faces, **press)
+    alignment = Alignment(np.eye(4), np.array([0.05, 0.05, 0.1]), 0, 0.0)
+    known = floor(1e-6), [], np.zeros((2, 3)), np.zeros((2, 3)), 0.006, alignment
+    completion = Completion(Recorded(Template(rest, faces), mesh, *known), rest, faces)
     lift = np.column_stack([0 * rest[:, :2], 0.02 * rest[:, 2]])
     held = rest[:, 1] < 0.08
     tracked = rest + np.where(held[:, None], lift, 0.0)

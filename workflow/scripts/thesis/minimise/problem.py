@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from palpate.capture.tables import columns_of, read_table
+from palpate.open3d_core import ClosestPoints
 from palpate.solid.load import (
     contact_pressure,
     contact_triangle,
@@ -23,7 +24,6 @@ from palpate.workflow.object_inputs import read_declared
 from thesis.minimise.objective import Problem, node_sets
 from thesis.minimise.options import Load, Solid
 from thesis.tracker.simulation import SimulatedSteps
-from thesis.tracker.transfer import to_solid
 
 
 def read_problem(
@@ -105,6 +105,32 @@ def pose_problem(
         away = np.linalg.norm(mesh.nodes_m - point, axis=1)
         left_out = np.flatnonzero(away < load.leave_out_radii * hertz_contact_radius(**press))
     return Problem(mesh, sets, displacement, forces, float(np.linalg.norm(force_n)), left_out)
+
+
+def to_solid(
+    template_m: NDArray, faces: NDArray, displacement_m: NDArray, mesh: SolidMesh
+) -> NDArray:
+    """Displacement of the solid's surface nodes, by barycentric coordinates on the template.
+
+    Parameters
+    ----------
+    template_m, faces : (n, 3), (m, 3) arrays
+        Undeformed template [m], in the solid's frame.
+    displacement_m : (n, 3) array
+        Its displacement [m].
+    mesh : SolidMesh
+
+    Returns
+    -------
+    (k, 3) array
+        Displacement of each node of the solid [m]; NaN at interior nodes.
+    """
+    surface = mesh.surface_nodes()
+    closest = ClosestPoints(template_m, faces)
+    _, triangle, weights = closest(mesh.nodes_m[surface])
+    result = np.full(mesh.nodes_m.shape, np.nan)
+    result[surface] = closest.interpolate(displacement_m, triangle, weights)
+    return result
 
 
 def _contact_forces(

@@ -22,34 +22,16 @@ TOUCHING_PART = 0.5
 SHORT_PRESS_M = 0.002
 
 
-def track_by_study(recorded: Recorded, options: StudyTracking) -> Tracked:
-    """Track with the study's tracker (Section 4.3) and its added points (Section 5.2).
-
-    Parameters
-    ----------
-    recorded : Recorded
-    options : StudyTracking
-
-    Returns
-    -------
-    Tracked
-        A vertex whose position rests on a turned copy or an added point is not observed.
-
-    Raises
-    ------
-    ValueError
-        If a frame has no points near the template.
-    """
+def _by_study(recorded: Recorded, options: StudyTracking) -> Tracked:
+    """By the study's tracker; who rests on a turned copy or an added point is not observed."""
     pose, contact = recorded.alignment.camera_from_object, recorded.alignment.contact_point_m
-    fine = _refined(recorded.template, contact, options)
+    fine, edge_m = recorded.template, options.refine_edge_m
+    if edge_m is not None:
+        fine = refine_template(fine, contact, radius_m=options.refine_radius_m, edge_m=edge_m)
     rest = to_camera(pose, fine.vertices_m)
-    vertices, observed, residual = track_frames(
-        fine,
-        rest,
-        AddedPoints(recorded, fine, rest, options).frames(),
-        options,
-        complete=_completion(recorded, rest, fine.faces, options),
-    )
+    complete = Completion(recorded, rest, fine.faces) if options.completion == "fem" else None
+    frames = AddedPoints(recorded, fine, rest, options).frames()
+    vertices, observed, residual = track_frames(fine, rest, frames, options, complete=complete)
     return Tracked(
         template_m=fine.vertices_m,
         faces=fine.faces,
@@ -63,11 +45,13 @@ def track_by_study(recorded: Recorded, options: StudyTracking) -> Tracked:
     )
 
 
-TRACKERS = {"study": track_by_study, "elastic": track_by_elasticity}
+TRACKERS = {"study": _by_study, "elastic": track_by_elasticity}
 
 
 def track_capture(recorded: Recorded, options: StudyTracking | ElasticTracking) -> Tracked:
     """Track the aligned template through all frames, by the tracker of the options' kind.
+
+    The study's (Section 4.3) with its added points (Section 5.2), or the elastic one.
 
     Parameters
     ----------
@@ -77,6 +61,11 @@ def track_capture(recorded: Recorded, options: StudyTracking | ElasticTracking) 
     Returns
     -------
     Tracked
+
+    Raises
+    ------
+    ValueError
+        If a frame has no points near the template.
     """
     return TRACKERS[options.kind](recorded, options)
 
@@ -258,31 +247,6 @@ def turned_copies(
     points = [centre_m + turn.apply(points_m - centre_m) for turn in turns]
     return np.concatenate(points + none), np.concatenate(
         [turn.apply(normals) for turn in turns] + none
-    )
-
-
-def _refined(template: Template, contact_m: NDArray, options: StudyTracking) -> Template:
-    edge = options.refine_edge_m
-    if edge is None:
-        return template
-    radius = options.refine_radius_m
-    return refine_template(template, contact_m, radius_m=radius, edge_m=edge)
-
-
-def _completion(
-    recorded: Recorded, rest_m: NDArray, faces: NDArray, options: StudyTracking
-) -> Completion | None:
-    if options.completion == "none":
-        return None
-    return Completion(
-        recorded.solid,
-        recorded.support,
-        recorded.alignment.camera_from_object,
-        rest_m,
-        faces,
-        contact_m=recorded.alignment.contact_point_m,
-        forces_n=recorded.forces_n,
-        indenter_radius_m=recorded.indenter_radius_m,
     )
 
 

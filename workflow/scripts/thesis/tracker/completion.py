@@ -12,8 +12,9 @@ from palpate.solid.load import contact_triangle, nodal_force
 from palpate.solid.mesh import SolidMesh, element_volumes
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined, elastic_stiffness
-from palpate.solid.support import Support, support_nodes
+from palpate.solid.support import support_nodes
 from palpate.surface.pose import to_camera
+from palpate.surface.tracked import Recorded
 from scipy import sparse
 from scipy.interpolate import RBFInterpolator
 from scipy.optimize import lsq_linear
@@ -53,23 +54,9 @@ class Known:
     interior: NDArray
 
 
-@dataclass(frozen=True)
-class Completed:
-    """What Algorithm 3 finds.
-
-    Attributes
-    ----------
-    displacement_m : (n, 3) array
-        Of all nodes [m].
-    lam_pa, mu_pa : float
-    """
-
-    displacement_m: NDArray
-    lam_pa: float
-    mu_pa: float
-
-
-def complete(K1: sparse.csr_matrix, K2: sparse.csr_matrix, known: Known) -> Completed:
+def complete(
+    K1: sparse.csr_matrix, K2: sparse.csr_matrix, known: Known
+) -> tuple[NDArray, float, float]:
     """Find the displacement of nodes that were not observed.
 
     Parameters
@@ -80,7 +67,9 @@ def complete(K1: sparse.csr_matrix, K2: sparse.csr_matrix, known: Known) -> Comp
 
     Returns
     -------
-    Completed
+    displacement_m : (n, 3) array
+        Of all nodes [m].
+    lam_pa, mu_pa : float
     """
     u, force = known.displacement_m, known.force_n.copy()
     products = [(K @ u.ravel()).reshape(-1, 3) for K in (K1, K2)]
@@ -96,7 +85,7 @@ def complete(K1: sparse.csr_matrix, K2: sparse.csr_matrix, known: Known) -> Comp
         if change <= SETTLED * np.linalg.norm(force[known.support]):
             break
     K = combined(K1, K2, lam, mu)
-    return Completed(_solved(K, u, force, ~known.observed), lam, mu)
+    return _solved(K, u, force, ~known.observed), lam, mu
 
 
 class Completion:
@@ -104,33 +93,15 @@ class Completion:
 
     Parameters
     ----------
-    mesh : SolidMesh
-        Undeformed, object frame.
-    support : Support
-    pose : (4, 4) array
-        camera_from_object.
+    recorded : Recorded
     rest_m, faces : (n, 3), (m, 3) arrays
         Undeformed template, camera frame [m].
-    contact_m : (3,) array
-        Touched point of the undeformed surface, object frame [m].
-    forces_n : (f, 3) array
-        Force on the object in each frame, camera frame [N].
-    indenter_radius_m : float
     """
 
-    def __init__(
-        self,
-        mesh: SolidMesh,
-        support: Support,
-        pose: NDArray,
-        rest_m: NDArray,
-        faces: NDArray,
-        *,
-        contact_m: NDArray,
-        forces_n: NDArray,
-        indenter_radius_m: float,
-    ) -> None:
-        self.support = support_nodes(mesh, support)
+    def __init__(self, recorded: Recorded, rest_m: NDArray, faces: NDArray) -> None:
+        mesh, pose = recorded.solid, recorded.alignment.camera_from_object
+        contact, radius = recorded.alignment.contact_point_m, recorded.indenter_radius_m
+        self.support = support_nodes(mesh, recorded.support)
         self.mesh = SolidMesh(to_camera(pose, mesh.nodes_m), mesh.tetrahedra)
         self.surface, nodes = mesh.surface_nodes(), self.mesh.nodes_m
         self.interior = np.ones(len(nodes), dtype=bool)
@@ -143,9 +114,11 @@ class Completion:
         self.to_nodes = self.template(nodes[self.surface])[1:]
         self.solid = ClosestPoints(nodes, mesh.surface_triangles())
         self.to_vertices = self.solid(rest_m)[1:]
-        reach = {"largest_distance_m": 2 * indenter_radius_m}
-        self.triangle = contact_triangle(self.mesh, to_camera(pose, contact_m), **reach)
-        self.radius_m, self.forces_n = indenter_radius_m, iter(_steps(forces_n))
+        reach = {"largest_distance_m": 2 * radius}
+        self.triangle = contact_triangle(self.mesh, to_camera(pose, contact), **reach)
+        # The force changes from frame to frame with the shape.
+        steps = np.diff(recorded.forces_n, axis=0, prepend=np.zeros((1, 3)))
+        self.radius_m, self.forces_n = radius, iter(steps)
 
     def __call__(self, before_m: NDArray, vertices_m: NDArray, held: NDArray) -> NDArray:
         """Places TP of the template's vertices in the next frame.
@@ -158,12 +131,12 @@ class Completion:
             Vertices that data hold.
         """
         K1, K2 = elastic_stiffness(self.mesh)
-        found = complete(K1, K2, self._known(vertices_m - before_m, held))
-        moved = SolidMesh(self.mesh.nodes_m + found.displacement_m, self.mesh.tetrahedra)
+        moved_m, *_ = complete(K1, K2, self._known(vertices_m - before_m, held))
+        moved = SolidMesh(self.mesh.nodes_m + moved_m, self.mesh.tetrahedra)
         # Noise may turn an element inside out; the shape before then serves once more.
         if (element_volumes(moved.nodes_m, moved.corners) > 0).all():
             self.mesh = moved
-        return before_m + self.solid.interpolate(found.displacement_m, *self.to_vertices)
+        return before_m + self.solid.interpolate(moved_m, *self.to_vertices)
 
     def _known(self, moved_m: NDArray, held: NDArray) -> Known:
         nodes = np.zeros_like(self.mesh.nodes_m)
@@ -184,11 +157,6 @@ class Completion:
             depth_m=self.radius_m,
         )
         return Known(nodes, observed, force, self.support, self.interior)
-
-
-def _steps(forces_n: NDArray) -> NDArray:
-    """Change of the force from frame to frame, which goes with the change of shape."""
-    return np.diff(forces_n, axis=0, prepend=np.zeros((1, 3)))
 
 
 def _moduli(products: list[NDArray], force: NDArray, rows: NDArray) -> tuple[float, float]:

@@ -114,20 +114,14 @@ def read_steps(path: str | Path) -> SimulatedSteps:
         If the file is no NPZ of plain arrays, a field is missing, has another shape than the nodes
         ask for, or holds no numbers, there is no step, or `solid_mesh` refuses the elements.
     """
-    fields = _read_fields(path)
-    try:
-        return _checked_steps(**fields)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
-
-
-def _read_fields(path: str | Path) -> dict[str, NDArray]:
     arrays = read_npz(path, what="an NPZ of plain arrays")
-    fields = {name: arrays[name] for name in FIELDS if name in arrays}
-    missing = [name for name in FIELDS if name not in fields]
+    missing = [name for name in FIELDS if name not in arrays]
     if missing:
         raise ValueError(f"{path}: expected {', '.join(FIELDS)}, found no {missing[0]}")
-    return fields
+    try:
+        return _checked_steps(*(arrays[name] for name in FIELDS))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
 
 
 def _checked_steps(
@@ -139,24 +133,23 @@ def _checked_steps(
 ) -> SimulatedSteps:
     count = len(nodes_m) if nodes_m.ndim else 0
     steps = len(force_n) if force_n.ndim else 0
-    _check_array("nodes_m", nodes_m, "fiu", (count, 3))
-    _check_array("tetrahedra", tetrahedra, "iu", tetrahedra.shape)
-    _check_array("triangle", triangle, "iu", (3,))
-    for name, values in (("force_n", force_n), ("displacement_m", displacement_m)):
-        _check_array(name, values, "fiu", (steps, count, 3))
+    for name, values, kinds, shape in (
+        ("nodes_m", nodes_m, "fiu", (count, 3)),
+        ("tetrahedra", tetrahedra, "iu", tetrahedra.shape),
+        ("triangle", triangle, "iu", (3,)),
+        ("force_n", force_n, "fiu", (steps, count, 3)),
+        ("displacement_m", displacement_m, "fiu", (steps, count, 3)),
+    ):
+        if values.shape != shape:
+            raise ValueError(f"{name}: expected shape {shape}, found {values.shape}")
+        if values.dtype.kind not in kinds:
+            expected = "numbers" if "f" in kinds else "integers"
+            raise ValueError(f"{name}: expected {expected}, found {values.dtype}")
+        if not np.isfinite(values).all():
+            raise ValueError(f"{name}: expected numbers, found NaN or infinity")
     if not steps:
         raise ValueError("force_n: expected at least one step, found none")
     if triangle.min() < 0 or triangle.max() >= count or len(np.unique(triangle)) < 3:
         expected = f"three different nodes of 0 to {count - 1}"
         raise ValueError(f"triangle: expected {expected}, found {triangle.tolist()}")
     return SimulatedSteps(solid_mesh(nodes_m, tetrahedra), triangle, force_n, displacement_m)
-
-
-def _check_array(name: str, values: NDArray, kinds: str, shape: tuple[int, ...]) -> None:
-    if values.shape != shape:
-        raise ValueError(f"{name}: expected shape {shape}, found {values.shape}")
-    if values.dtype.kind not in kinds:
-        expected = "numbers" if "f" in kinds else "integers"
-        raise ValueError(f"{name}: expected {expected}, found {values.dtype}")
-    if not np.isfinite(values).all():
-        raise ValueError(f"{name}: expected numbers, found NaN or infinity")
