@@ -122,7 +122,7 @@ def test_a_cloud_without_ends_slides_and_added_ends_hold_it():
     start, left = rigid_slide.shifted(right, 0.01), []
     for kept in (seen, seen | (abs(normals[:, 0]) > 0.5)):
         found = rigid_slide.align_to_nearest(template, points[kept], normals[kept], start, **WITHIN)
-        left.append(abs(rigid_slide.slide(found, right, np.zeros(3))))
+        left.append(abs(rigid_slide.slide(found, right)))
     assert left[0] > 0.005
     assert left[1] < 0.5 * left[0]
     with pytest.raises(ValueError, match="cloud_m: expected points near the template"):

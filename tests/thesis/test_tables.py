@@ -5,7 +5,7 @@ import pytest
 from palpate.report import tables
 from palpate.report.estimate_rows import summary
 from thesis.chapter5 import moduli_tables
-from thesis.minimum_rows import least_squares_rows, minimum_rows
+from thesis.chapter5.moduli_tables import least_squares_rows, minimum_rows
 
 CAPTURES = [
     {"object": "foam_block", "sensor": sensor, "capture": capture, "point": capture[:2],

@@ -17,7 +17,7 @@ def main(snakemake):
         *curve_rows(params.curves, read_all(inputs.curves)),
     ]
     if minima:  # the study's method
-        from thesis.minimum_rows import least_squares_rows, minimum_rows
+        from thesis.chapter5.moduli_tables import least_squares_rows, minimum_rows
 
         rows += [*minimum_rows(params.minimised, minima)]
         rows += [*least_squares_rows(params.minimised, minima)]

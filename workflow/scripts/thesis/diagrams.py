@@ -14,19 +14,8 @@ from matplotlib.patches import Polygon
 from matplotlib.patheffects import Normal, Stroke
 from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 from numpy.typing import NDArray
+from palpate.report import style
 from palpate.report.panels import named
-from palpate.report.style import (
-    ARROW,
-    BLACK,
-    BLUE,
-    COLUMN_IN,
-    GREEN,
-    ORANGE,
-    PAGE_IN,
-    beside,
-    label_provenance,
-    sensor_name,
-)
 
 from thesis.panels import surface_panel
 from thesis.views import View
@@ -35,8 +24,8 @@ from thesis.views import View
 TEXT_PT = 7.5
 NOTE = {"fontsize": TEXT_PT, "color": "0.35"}
 HALO = [Stroke(linewidth=2.6, foreground="white"), Normal()]
-BOTH_WAYS = ARROW | {"arrowstyle": "<|-|>,head_width=0.14,head_length=0.28", "lw": 0.7}
-AXIS_COLOURS = (ORANGE, GREEN, BLUE)
+BOTH_WAYS = style.ARROW | {"arrowstyle": "<|-|>,head_width=0.14,head_length=0.28", "lw": 0.7}
+AXIS_COLOURS = (style.ORANGE, style.GREEN, style.BLUE)
 LEGEND_IN = 0.28
 DOT_DASH, DASHED = (0, (6, 3, 1, 3)), (0, (4, 2))
 # From a camera's axes (right, down, ahead) to axes with z up, x ahead.
@@ -67,7 +56,7 @@ class Sketch:
 
     def line(self, *places: Sequence, **look) -> None:
         """Line through places."""
-        self.axes.plot(*self.flat(places).T, **{"color": BLACK, "lw": 0.8} | look)
+        self.axes.plot(*self.flat(places).T, **{"color": style.BLACK, "lw": 0.8} | look)
 
     def area(self, corners: Sequence, colour: str, *, alpha: float = 0.13, **look) -> None:
         """Filled polygon with its outline."""
@@ -78,12 +67,14 @@ class Sketch:
 
     def dot(self, place: Sequence, **look) -> None:
         """Mark a place."""
-        self.axes.plot(*self.flat(place), "o", **{"color": BLACK, "ms": 4.5, "zorder": 5} | look)
+        self.axes.plot(
+            *self.flat(place), "o", **{"color": style.BLACK, "ms": 4.5, "zorder": 5} | look
+        )
 
     def arrow(self, start: Sequence, stop: Sequence, **look) -> None:
         """Arrow between places."""
         ends = self.flat([start, stop])
-        self.axes.annotate("", ends[1], ends[0], arrowprops=ARROW | look, zorder=4)
+        self.axes.annotate("", ends[1], ends[0], arrowprops=style.ARROW | look, zorder=4)
         self.axes.update_datalim(ends)
 
     def name(self, place: Sequence, text: str, side: Sequence, points: float = 6, **look) -> None:
@@ -160,14 +151,14 @@ def write(
 ) -> None:
     """Text some points away from a place, legible over what it crosses."""
     look = {"fontsize": TEXT_PT, "path_effects": HALO, "zorder": 6} | look
-    beside(axes, place, text, np.asarray(side, float), points, **look)
+    style.beside(axes, place, text, np.asarray(side, float), points, **look)
 
 
 def dimension(
     axes: Axes, start: Sequence, stop: Sequence, text: str, side: Sequence, **look
 ) -> None:
     """Dimension line between two places of a panel, its text beside the middle."""
-    axes.annotate("", stop, start, arrowprops=BOTH_WAYS | {"color": look.get("color", BLACK)})
+    axes.annotate("", stop, start, arrowprops=BOTH_WAYS | {"color": look.get("color", style.BLACK)})
     write(axes, np.add(start, stop) / 2, text, side, 5 if side[0] else 8, **look)
 
 
@@ -178,12 +169,12 @@ def leader(
     at = {"left": 0, "bottom": 0, "center": 0.5, "right": 1, "top": 1}
     line = {"arrowstyle": "-", "lw": 0.7, "shrinkA": 1, "shrinkB": 0, "relpos": (at[ha], at[va])}
     axes.annotate(text, place, end, arrowprops=line, fontsize=TEXT_PT, ha=ha, va=va, zorder=4)
-    axes.plot(*place, "o", color=BLACK, mec="white", mew=0.6, ms=3.4, zorder=5)
+    axes.plot(*place, "o", color=style.BLACK, mec="white", mew=0.6, ms=3.4, zorder=5)
 
 
 def scale_bar(axes: Axes, length: float, text: str, *, loc: str = "lower left", **where) -> None:
     """Bar of a length of the panel's unit with its text below."""
-    look = {"frameon": False, "pad": 0.1, "sep": 2, "color": BLACK}
+    look = {"frameon": False, "pad": 0.1, "sep": 2, "color": style.BLACK}
     left, right = axes.get_xlim()
     look |= {
         "size_vertical": 0.005 * (right - left),
@@ -210,7 +201,7 @@ def matrix(
     low, high = ends
     for side, inward in ((low, 0.02), (high, -0.02)):
         x = [side + inward, side, side, side + inward]
-        axes.plot(x, middle + 0.13 * np.array([1, 1, -1, -1]), color=BLACK, lw=0.8)
+        axes.plot(x, middle + 0.13 * np.array([1, 1, -1, -1]), color=style.BLACK, lw=0.8)
     for (i, j), entry in np.ndenumerate(np.array(rows, object)):
         place = low + (high - low) * (j + 0.5) / len(rows[0]), middle + 0.085 * (1 - i)
         axes.text(*place, f"${entry}$", ha="center", va="center", fontsize=TEXT_PT)
@@ -256,11 +247,11 @@ def by_sensor_panels(
     Figure, array of Axes (rows, sensors), list
         The list has the items of ``tables`` in the order of the columns.
     """
-    size = (max(COLUMN_IN, PAGE_IN * len(tables) / 2), height_in)
+    size = (max(style.COLUMN_IN, style.PAGE_IN * len(tables) / 2), height_in)
     figure, axes = plt.subplots(rows, len(tables), figsize=size, squeeze=False, **options)
     items = sorted(tables.items())
     for panel, (name, _), letter in zip(axes[0], items, "abcdef", strict=False):
-        named(panel, letter, sensor_name(name))
+        named(panel, letter, style.sensor_name(name))
     return figure, axes, items
 
 
@@ -284,5 +275,5 @@ def legend_below(
     place = {"loc": "lower left", "bbox_to_anchor": (0.005, 0.0), "ncols": len(names)}
     look = {"columnspacing": 1.4, "handletextpad": 0.5, "fontsize": TEXT_PT}
     figure.legend(marks, names, **place, **look)
-    label_provenance(figure, provenances)
+    style.label_provenance(figure, provenances)
     return figure

@@ -65,8 +65,8 @@ class Selection(SensorSelection):
         return self._path(text, self.captures[0] if self.captures else {})
 
     def _path(self, text: str, capture: Mapping) -> str:
-        known = {"tracker": self.run.tracker, "error": self.first_error} | dict(capture)
-        if capture:
+        known = {"tracker": self.run.tracker, "error": self.run.errors[0]} | dict(capture)
+        if "capture" in capture:
             known["folder"] = "{object}/{sensor}/{capture}".format(**capture)
         root, _, path = Template(text).substitute(known).partition("/")
         return getattr(self.run, root)(path)
@@ -189,6 +189,15 @@ class Selection(SensorSelection):
         """A file of each capture."""
         return [self._path(path, capture) for capture in self.captures]
 
+    def of(self, path: str, *token: str) -> list[str]:
+        """A file of each of a token's values: captures, groups, or names ($name)."""
+        places = [{"name": v} if isinstance(v, str) else v for v in self.value(" ".join(token))]
+        return [self._path(path, place) for place in places]
+
+    def where(self, condition: str, path: str) -> str | list:
+        """A file where a condition holds, else none."""
+        return self._file(path) if self.value(condition) else []
+
     def templates(self) -> list[str]:
         """Template of each capture's object."""
         return [self.run.template(capture["object"]) for capture in self.captures]
@@ -260,11 +269,6 @@ class Selection(SensorSelection):
         return found
 
     @property
-    def first_error(self) -> str:
-        """The study's error option."""
-        return self.run.errors[0]
-
-    @property
     def last_error(self) -> str:
         """Error option whose steps are drawn."""
         return self.run.errors[-1]
@@ -300,10 +304,6 @@ class Selection(SensorSelection):
         """Whether the run has it."""
         return self.whole and (self.lab_simulates() or Path(self.run.raw(STEPS)).exists())
 
-    def simulation_truth(self) -> str | list:
-        """Its true moduli, where the lab makes it."""
-        return self.run.truth("simulations/foam_block.json") if self.lab_simulates() else []
-
     def simulation_options(self, *names: str) -> dict:
         """Some of its options, so that the others re-run nothing."""
         return {name: self.run.config["simulation"][name] for name in names}
@@ -316,10 +316,6 @@ class Selection(SensorSelection):
             for data in SIMULATED_DATA
             for error in self.run.errors
         ]
-
-    def linear_fit(self) -> str | list:
-        """Linear method on its exact data, where the run has it."""
-        return self.run.results("simulation/linear-exact.json") if self.has_simulation() else []
 
     # Of comparison and accuracy.
 
@@ -339,27 +335,13 @@ class Selection(SensorSelection):
         names = [f"tables/{name}.csv" for name, there in made.items() if there]
         return [self.run.results(path) for path in ("summary.csv", *names)]
 
-    def of(self, captures: str, path: str) -> list[str]:
-        """A file of each of some captures: a path with their places, or one of their results."""
-        path = path if "/" in path else f"results/$folder/{path}"
-        return Selection(self.run, getattr(self, captures)()).each(path)
-
     def groups_of_shown(self) -> list[dict[str, str]]:
         """What is estimated of the object of the capture that is shown."""
         return self.run.groups(self.captures[0]["object"])
 
-    def joint_of_shown(self) -> list[str]:
-        """Its joint estimates."""
-        groups = self.groups_of_shown()
-        return [self.run.results(f"{g['object']}/{g['sensor']}/direct.json") for g in groups]
-
     def knows_shown(self, figure: str) -> bool:
         """Whether the lab knows the material of what a figure shows."""
         return any(c["object"] in self.run.made_materials for c in self.shown(figure)[:1])
-
-    def indentation_tables(self) -> list[str]:
-        """Indentation table of each capture's point."""
-        return [self.run.table(c["object"], c["point"]) for c in self.captures]
 
     def contact_solutions(self) -> list[str]:
         """The lab's own contact solution of each capture's point."""
@@ -387,15 +369,10 @@ class Selection(SensorSelection):
         """Objects whose scans the lab makes."""
         return sorted(set(self.run.lab_objects) & set(self.run.scanned))
 
-    def scanned_templates(self) -> list[str]:
-        """Their templates."""
-        return [self.run.results(f"{name}/template.ply") for name in self.scanned_by_lab()]
-
-    def scanned_truths(self) -> list[str]:
-        """Truth of one recording of each, for its undeformed surface."""
+    def scanned_captures(self) -> list[Described]:
+        """One recording of each, whose truth has its undeformed surface."""
         first = {c.object: vars(c) for c in sorted(self.run.simulated, reverse=True)}
-        shown = Selection(self.run, [first[name] for name in self.scanned_by_lab()])
-        return shown.each("truth/$folder/truth.npz")
+        return [first[name] for name in self.scanned_by_lab()]
 
     def lab_records(self) -> bool:
         """Whether the lab makes recordings of planes, workspace and loading."""

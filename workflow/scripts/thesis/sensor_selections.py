@@ -125,16 +125,6 @@ class SensorSelection:
         """Sensors of which the run has an experiment."""
         return self.run.sensors_of(name) if self.whole else []
 
-    def sensor_files(self, experiment: str, name: str) -> list[str]:
-        """A file of each sensor of which there is an experiment."""
-        sensors = self.experiments(experiment)
-        return [self.run.results(f"sensors/{sensor}/{name}") for sensor in sensors]
-
-    def experiment_folders(self, experiment: str) -> list[str]:
-        """Recording of an experiment by each sensor."""
-        sensors = self.run.sensors_of(experiment)
-        return [self.run.raw(f"sensors/{sensor}/{experiment}") for sensor in sensors]
-
     def provenance(self, experiment: str) -> dict[str, str]:
         """Whether sensors' recordings of an experiment are simulated, by sensor."""
         made = self.run.lab_experiments
@@ -152,14 +142,6 @@ class SensorSelection:
         """Sensor with a colour and an infrared camera that a run calibrates, the first."""
         found = self.experiments("calibration")
         return [sensor for sensor in found if "depth" in self.run.sensors[sensor]][:1]
-
-    def calibration(self) -> list[str]:
-        """Its calibration."""
-        return [self.run.results(f"sensors/{name}/calibration.json") for name in self.calibrated()]
-
-    def calibration_pairs(self) -> list[str]:
-        """Its pictures of the target."""
-        return [self.run.raw(f"sensors/{name}/calibration") for name in self.calibrated()]
 
     def calibrated_by_lab(self) -> dict[str, Mapping]:
         """Sensors whose calibration pictures the lab makes: their files hold the truth."""

@@ -1,7 +1,6 @@
 """Figure 3.8: the moves of the Nelder-Mead simplex, in a real step of a minimisation."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -28,41 +27,20 @@ FIRST_PA = np.array([[14e3, 14e3], [24e3, 14e3], [14e3, 17e3]])
 RATIOS = np.geomspace(0.3, 30, 120)
 SHEAR_MODULI_PA = np.linspace(4e3, 24e3, 200)
 STEPS, SHOWN = 14, 0
+NAMES = {"r": "reflection", "e": "expansion", "s_g": "shrink"}
+NAMES |= {"c1": "contraction inside", "c2": "contraction outside"}
 
 
-@dataclass(frozen=True)
-class ErrorField:
-    """Error on a grid of moduli: lam_pa, mu_pa [Pa] and error_m [m], each (n, m)."""
-
-    lam_pa: NDArray
-    mu_pa: NDArray
-    error_m: NDArray
-
-
-def error_field(
-    displacement: Callable[[float], NDArray],
-    measured_m: NDArray,
-    ratios: NDArray,
-    shear_moduli_pa: NDArray,
-) -> ErrorField:
-    """Mean mismatch over a grid, from one solution for each ratio lam / mu.
-
-    Parameters
-    ----------
-    displacement : callable
-        Displacement (n, 3) [m] of lam = ratio, mu = 1 Pa; that of lam, mu is mu times less.
-    measured_m : (n, 3) array
-        Measured displacement of the same nodes [m].
-    ratios : (k,) array
-    shear_moduli_pa : (l,) array
-        mu [Pa].
-    """
-    error = np.empty((len(ratios), len(shear_moduli_pa)))
-    for row, ratio in zip(error, ratios, strict=True):
-        unit = displacement(float(ratio))
-        row[:] = [np.linalg.norm(unit / mu - measured_m, axis=1).mean() for mu in shear_moduli_pa]
-    lam = np.outer(ratios, shear_moduli_pa)
-    return ErrorField(lam, np.broadcast_to(shear_moduli_pa, lam.shape), error)
+def _error_field(cost: Objective) -> tuple[NDArray, NDArray, NDArray]:
+    """lambda, mu [Pa] and mean mismatch [m] on a grid, one solution for each ratio lambda / mu."""
+    measured, found = cost.u[cost.surface], []
+    for ratio in RATIOS:
+        # Displacement of lambda = ratio, mu = 1 Pa; that of lambda, mu is mu times less.
+        unit = cost.displacement(*engineering_from_lame(float(ratio), 1.0))[cost.surface]
+        each = (np.linalg.norm(unit / mu - measured, axis=1).mean() for mu in SHEAR_MODULI_PA)
+        found.append(list(each))
+    lam = np.outer(RATIOS, SHEAR_MODULI_PA)
+    return lam, np.broadcast_to(SHEAR_MODULI_PA, lam.shape), np.array(found)
 
 
 def simplexes(cost: Callable[[NDArray], float], first: NDArray, count: int) -> list[NDArray]:
@@ -102,43 +80,24 @@ def moves(simplex: NDArray) -> dict[str, NDArray]:
     -------
     dict
         ``m, r, e, c1, c2`` and, of the shrink towards b, ``s_g, s_w``; each (2,).
-
-    Raises
-    ------
-    ValueError
-        If the simplex is no triangle.
     """
-    simplex = np.asarray(simplex, dtype=float)
-    if simplex.shape != (3, 2):
-        raise ValueError(f"simplex: expected shape (3, 2), found {simplex.shape}")
-    b, g, w = simplex
+    b, g, w = np.asarray(simplex, dtype=float)
     m = (b + g) / 2
     r = m + (m - w)
-    return {
-        "m": m,
-        "r": r,
-        "e": r + (r - m),
-        "c1": (m + w) / 2,
-        "c2": (m + r) / 2,
-        "s_g": (b + g) / 2,
-        "s_w": (b + w) / 2,
-    }
+    contracted = {"c1": (m + w) / 2, "c2": (m + r) / 2, "s_g": (b + g) / 2, "s_w": (b + w) / 2}
+    return {"m": m, "r": r, "e": r + (r - m)} | contracted
 
 
 def figure_3_8(inputs: Any, params: Any) -> Figure:
     """Moves in one step down the error of the last load step, and the simplex's path (Fig. 3.8)."""
-    cost = block_objective(inputs.steps)
+    support = Support(np.zeros(3), np.array([0.0, 0.0, 1.0]), 1e-6)
+    cost = Objective(pose_simulation(read_steps(inputs.steps), support), "displacement")
 
     def of_lame(x: NDArray) -> float:
         return cost(*engineering_from_lame(*x)) if min(x) > 0 else np.inf
 
     path = simplexes(of_lame, FIRST_PA, STEPS)
-    field = error_field(
-        lambda ratio: cost.displacement(*engineering_from_lame(ratio, 1.0))[cost.surface],
-        cost.u[cost.surface],
-        RATIOS,
-        SHEAR_MODULI_PA,
-    )
+    field = _error_field(cost)
     figure, (left, right) = plt.subplots(1, 2, figsize=(PAGE_IN, 3.4))
     taken = _moves_panel(left, path[SHOWN], path[SHOWN + 1])
     for panel in (left, right):
@@ -149,15 +108,6 @@ def figure_3_8(inputs: Any, params: Any) -> Figure:
     named(left, "a", f"Step {SHOWN + 1}: {taken}")
     named(right, "b", f"First {len(path) - 1} steps")
     return finished(figure, {"simulated"})
-
-
-NAMES = {
-    "r": "reflection",
-    "e": "expansion",
-    "c1": "contraction inside",
-    "c2": "contraction outside",
-    "s_g": "shrink",
-}
 
 
 def _taken(simplex: NDArray, following: NDArray) -> str:
@@ -199,9 +149,9 @@ def _letter(axes: Axes, text: str, place: NDArray, colour: str) -> None:
     write(axes, place, rf"$\mathbf{{{text}}}$", (1, 0.8), 6.5, fontsize=10, color=colour)
 
 
-def _contours(axes: Axes, field: ErrorField, *, coarse: bool) -> None:
-    x, y = field.lam_pa * KILOPASCALS, field.mu_pa * KILOPASCALS
-    error = field.error_m * MILLIMETRES
+def _contours(axes: Axes, field: tuple, *, coarse: bool) -> None:
+    units = KILOPASCALS, KILOPASCALS, MILLIMETRES
+    x, y, error = (values * unit for values, unit in zip(field, units, strict=True))
     if coarse:
         shown = error <= np.quantile(error, 0.9)
     else:
@@ -221,9 +171,3 @@ def _path_panel(axes: Axes, path: list[NDArray]) -> None:
     low, size = every.min(axis=0), np.ptp(every, axis=0)
     axes.set_xlim(low[0] - 0.08 * size[0], low[0] + 1.14 * size[0])
     axes.set_ylim(low[1] - 0.12 * size[1], low[1] + 1.12 * size[1])
-
-
-def block_objective(path: str) -> Objective:
-    """Displacement error (Eq. 3.33) of the simulated block."""
-    support = Support(np.zeros(3), np.array([0.0, 0.0, 1.0]), 1e-6)
-    return Objective(pose_simulation(read_steps(path), support), "displacement")

@@ -1,7 +1,6 @@
 """Figures 3.5, 3.6, 3.7 and 3.9: what the methods do on the simulated block."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -23,50 +22,24 @@ METHODS = {
     "minimise_force_displacement": "minimised: force and displacement",
 }
 HEIGHT_IN, LEGEND_IN = 2.6, 0.22
+PUBLISHED = "published"
 # Of a search that starts far off, the panels show the range of the later iterations.
 LATER = 0.15
 
 
-@dataclass(frozen=True)
-class KnownValue:
-    """Lame parameters to draw as thin lines [Pa]."""
-
-    label: str
-    lame_lambda_pa: float
-    lame_mu_pa: float
-    published: bool
-
-
-def known_values(
-    truth: Mapping | None, published: pd.DataFrame, *, method: str, data: str
-) -> list[KnownValue]:
-    """True values where they are known, and the study's printed result of a method.
-
-    Parameters
-    ----------
-    truth : mapping or None
-        ``lambda_pa`` and ``mu_pa``.
-    published : DataFrame
-        config/published/simulation.csv.
-    method, data : str
-        Row of it; none is no error.
-    """
-    lines = []
-    if truth is not None:
-        lines.append(KnownValue("true", truth["lambda_pa"], truth["mu_pa"], False))
-    rows = published[(published["method"] == method) & (published["data"] == data)]
-    for row in rows.itertuples():
-        same = [(line.lame_lambda_pa, line.lame_mu_pa) for line in lines]
-        if (row.lame_lambda_pa, row.lame_mu_pa) in same:
-            lines = [KnownValue("true and published", row.lame_lambda_pa, row.lame_mu_pa, False)]
-        else:
-            lines.append(KnownValue("published", row.lame_lambda_pa, row.lame_mu_pa, True))
-    return lines
+def _known_values(inputs: Any, params: Any) -> list[tuple[str, float, float]]:
+    """Label, lambda and mu [Pa] of the true values, where known, and of the study's result."""
+    truth, published = read_one(inputs.truth), pd.read_csv(inputs.published)
+    found = {} if truth is None else {(truth["lambda_pa"], truth["mu_pa"]): "true"}
+    rows = published[(published["method"] == params.method) & (published["data"] == params.data)]
+    for pair in rows[["lame_lambda_pa", "lame_mu_pa"]].itertuples(index=False, name=None):
+        found[pair] = "true and published" if pair in found else PUBLISHED
+    return [(label, *pair) for pair, label in found.items()]
 
 
 def linear_traces(inputs: Any, params: Any) -> Figure:
     """Lambda, mu and residual of the linear method, first start (Fig. 3.5 and 3.7)."""
-    result, lines = read_one(inputs.result), _lines(inputs, params)
+    result, lines = read_one(inputs.result), _known_values(inputs, params)
     figure, axes = _three("Residual (N)")
     trace = result["estimates"][0]["trace"]
     _draw(axes, trace, "residual_n", 1, color=BLUE, label="found")
@@ -80,7 +53,7 @@ def linear_traces(inputs: Any, params: Any) -> Figure:
 
 def linear_starts(inputs: Any, params: Any) -> Figure:
     """The same from every start (Fig. 3.6)."""
-    result, lines = read_one(inputs.result), _lines(inputs, params)
+    result, lines = read_one(inputs.result), _known_values(inputs, params)
     figure, axes = _three("Residual (N)", legend_in=LEGEND_IN)
     for k, estimate in enumerate(result["estimates"]):
         lam, mu = (f"{value * KILOPASCALS:g}" for value in estimate["start_pa"])
@@ -98,8 +71,9 @@ def linear_starts(inputs: Any, params: Any) -> Figure:
     return figure
 
 
-def minimisation_trace(result: Mapping, lines: Sequence[KnownValue]) -> Figure:
-    """Lambda, mu and error of the error minimisation against iteration."""
+def minimisation_trace(inputs: Any, params: Any) -> Figure:
+    """Lambda, mu and error of the error minimisation against iteration (Fig. 3.9)."""
+    result, lines = read_one(inputs.result), _known_values(inputs, params)
     figure, axes = _three("Error (mm)")
     _draw(axes, result["trace"], "error_m", MILLIMETRES, color=BLUE, label="found")
     axes[2].set_ylim(bottom=0)
@@ -154,16 +128,12 @@ def _draw(axes: Sequence[Axes], trace: Sequence[Mapping], last: str, scale: floa
         panel.margins(x=0.02)
 
 
-def _known(axes: Sequence[Axes], lines: Sequence[KnownValue], *, mark: str = "") -> None:
-    for line in lines:
-        look = {
-            "color": BLACK,
-            "lw": 0.7,
-            "ls": (0, (5, 3)) if line.published else "-",
-            "zorder": 1,
-        }
-        for panel, value in zip(axes, (line.lame_lambda_pa, line.lame_mu_pa), strict=False):
-            label = f"{line.label} {value * KILOPASCALS:.1f} kPa"
+def _known(axes: Sequence[Axes], lines: Sequence[tuple], *, mark: str = "") -> None:
+    for name, *values in lines:
+        dash = (0, (5, 3)) if name == PUBLISHED else "-"
+        look = {"color": BLACK, "lw": 0.7, "ls": dash, "zorder": 1}
+        for panel, value in zip(axes, values, strict=False):
+            label = f"{name} {value * KILOPASCALS:.1f} kPa"
             panel.axhline(value * KILOPASCALS, label=label, **look)
     for panel in axes[:2]:
         drawn = panel.get_lines()
@@ -203,13 +173,3 @@ def _titled(
         entitle(panel, title, letter)
     figure.tight_layout(rect=(0, 0.03 + legend_in / figure.get_figheight(), 1, 1))
     return figure
-
-
-def make_minimisation_trace(inputs: Any, params: Any) -> Figure:
-    """Figure 3.9: course of a minimisation."""
-    return minimisation_trace(read_one(inputs.result), _lines(inputs, params))
-
-
-def _lines(inputs: Any, params: Any) -> list[KnownValue]:
-    truth, published = read_one(inputs.truth), pd.read_csv(inputs.published)
-    return known_values(truth, published, method=params.method, data=params.data)

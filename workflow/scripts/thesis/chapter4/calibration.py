@@ -12,15 +12,7 @@ from numpy.typing import NDArray
 from palpate.capture.images import read_image
 from palpate.capture.tables import read_frames
 from palpate.json_fields import read_all
-from palpate.report.style import (
-    BLACK,
-    BLUE,
-    GREY,
-    ORANGE,
-    PAGE_IN,
-    label_provenance,
-    panel_letter,
-)
+from palpate.report import style
 from palpate.units import CENTIMETRES
 from palpate.vision.camera import OPTICS
 
@@ -29,7 +21,7 @@ from thesis import published
 # The study calls the infrared camera IR and prints its translation in centimetres.
 PUBLISHED_NAMES = {"color": "color", "infrared": "ir"}
 STREAM_TITLES = {"color": "Colour camera", "infrared": "Infrared camera"}
-COLOURS = {"color": ORANGE, "infrared": BLUE}
+COLOURS = {"color": style.ORANGE, "infrared": style.BLUE}
 OPTICS_TITLE = "Table 4.1: focal lengths and principal points (px)"
 TRANSFORM_TITLE = "Equation 4.12: transform from the infrared to the colour camera"
 
@@ -101,7 +93,7 @@ def figure_4_9(inputs: Any, params: Any) -> Figure:
     (result,) = read_all(inputs.calibration)
     view = sorted(result["pair_errors_px"])[0]
     images = pair_of(inputs.pairs[0], view)
-    figure, axes = plt.subplots(1, 2, figsize=(PAGE_IN, 2.95))
+    figure, axes = plt.subplots(1, 2, figsize=(style.PAGE_IN, 2.95))
     for panel, stream, letter in zip(axes, ("infrared", "color"), "ab", strict=True):
         image = images[stream]
         panel.imshow(image, cmap="gray", vmin=0, vmax=255, interpolation="none")
@@ -112,10 +104,10 @@ def figure_4_9(inputs: Any, params: Any) -> Figure:
         panel.plot(*corners[0], "s", ms=5, mfc="none", mew=1.2, color=COLOURS[stream])
         panel.set_title(STREAM_TITLES[stream])
         panel.set_axis_off()
-        panel_letter(panel, letter)
+        style.panel_letter(panel, letter)
     # Letters stand outside the panels.
     figure.tight_layout(rect=(0.02, 0.03, 1, 0.98))
-    label_provenance(figure, {result["provenance"]})
+    style.label_provenance(figure, {result["provenance"]})
     return figure
 
 
@@ -125,14 +117,14 @@ def figure_4_10(inputs: Any, params: Any) -> Figure:
     board = result["board"]
     width, height = ((count - 1) * board["square_m"] for count in board["inner_corners"])
     outline = np.array([[0, 0, 0], [width, 0, 0], [width, height, 0], [0, height, 0], [0, 0, 0]])
-    figure, axes = plt.subplots(1, 2, figsize=(PAGE_IN, 3.2))
+    figure, axes = plt.subplots(1, 2, figsize=(style.PAGE_IN, 3.2))
     poses = result["cameras"]["color"]["camera_from_board"]
     infrared = np.array(result["color_from_infrared"])[:3, 3]
     for panel, side, letter in zip(axes, (0, 1), "ab", strict=True):
         for pose in map(np.array, poses.values()):
             corners = outline @ pose[:3, :3].T + pose[:3, 3]
-            panel.plot(corners[:, 2], corners[:, side], color=GREY, lw=0.7)
-            panel.plot(corners[0, 2], corners[0, side], ".", ms=3, color=BLACK)
+            panel.plot(corners[:, 2], corners[:, side], color=style.GREY, lw=0.7)
+            panel.plot(corners[0, 2], corners[0, side], ".", ms=3, color=style.BLACK)
         for name, place in (("color", np.zeros(3)), ("infrared", infrared)):
             panel.plot(
                 place[2], place[side], ">", ms=6, color=COLOURS[name], label=STREAM_TITLES[name]
@@ -142,8 +134,8 @@ def figure_4_10(inputs: Any, params: Any) -> Figure:
         panel.set_ylabel(("x, to the right (m)", "y, down (m)")[side])
         if side == 1:
             panel.invert_yaxis()
-        panel_letter(panel, letter)
+        style.panel_letter(panel, letter)
     axes[0].legend(loc="lower left")
     figure.tight_layout(rect=(0, 0.03, 1, 1))
-    label_provenance(figure, {result["provenance"]})
+    style.label_provenance(figure, {result["provenance"]})
     return figure

@@ -36,20 +36,11 @@ CLEAR, RIM_PX = 3.0, 7
 
 @dataclass(frozen=True)
 class PixelColour:
-    """One pixel of an image beside its background.
+    """One pixel of an image beside its background, colours in grey levels.
 
-    Attributes
-    ----------
-    expected, colour : (3,) arrays
-        E and I [grey levels].
-    samples : (n, 3) array
-        The pixel in the background's frames [grey levels].
-    alpha, chromaticity : float
-        Eq. 4.15 and 4.18 of the image.
-    sample_alpha, sample_chromaticity : (n,) arrays
-        The same of the samples.
-    threshold : float
-        tau_CD of Eq. 4.19.
+    ``expected`` and ``colour`` (3,) are E and I, ``samples`` (n, 3) the pixel in the background's
+    frames, ``alpha`` and ``chromaticity`` Eq. 4.15 and 4.18 of I and of the samples (n,), and
+    ``threshold`` tau_CD of Eq. 4.19.
     """
 
     expected: NDArray
@@ -62,35 +53,15 @@ class PixelColour:
     threshold: float
 
 
-def choose_pixel(
+def _choose_pixel(
     model: BackgroundModel, image: NDArray, mask: NDArray, *, alpha_low: float
 ) -> tuple[int, int]:
-    """Choose the pixel of Figure 4.11.
+    """Row and column of the pixel of Figure 4.11.
 
     Of the foreground pixels off the mask's rim that are clearly of another chromaticity and darker
     than the background, without a level near black or white, and with deviations alike in all
     channels, the one whose colour is nearest to their median; of equals the first, row by row.
-
-    Parameters
-    ----------
-    model : BackgroundModel
-    image : (h, w, 3) uint8 array
-    mask : (h, w) bool array
-        True for foreground.
-    alpha_low : float
-        Brightness of the darkest shadow; darker pixels are foreground whatever their colour.
-
-    Returns
-    -------
-    row, column : int
-
-    Raises
-    ------
-    ValueError
-        If the image has no colours, or no pixel fits.
     """
-    if image.ndim != 3:
-        raise ValueError(f"image: expected (h, w, 3) colours, found shape {image.shape}")
     fit = _fitting(model, image, alpha_low) & _off_rim(mask)
     if not fit.any():
         raise ValueError("mask: expected a pixel that shows the colour model, found none")
@@ -99,27 +70,10 @@ def choose_pixel(
     return int(row), int(column)
 
 
-def pixel_colour(
+def _pixel_colour(
     model: BackgroundModel, image: NDArray, samples: NDArray, pixel: tuple[int, int]
 ) -> PixelColour:
-    """Gather what Figure 4.11 shows of one pixel.
-
-    Parameters
-    ----------
-    model : BackgroundModel
-    image : (h, w, 3) uint8 array
-    samples : (n, 3) array
-        The pixel in the background's frames [grey levels].
-    pixel : tuple of int
-        Row and column.
-
-    Raises
-    ------
-    ValueError
-        If the samples are not colours.
-    """
-    if samples.ndim != 2 or samples.shape[1] != 3:
-        raise ValueError(f"samples: expected shape (n, 3), found {samples.shape}")
+    """What the figure shows of a pixel, whose ``samples`` (n, 3) are the background's frames."""
     colours = np.vstack([image[pixel], samples])[:, None]
     alpha, chroma = (v[:, 0] for v in _distortions(_repeated(model, pixel, colours), colours))
     return PixelColour(
@@ -168,9 +122,9 @@ def figure_4_11(inputs: Any, params: Any) -> Figure:
     model, frames = load_model(inputs.model), Stream(inputs.capture, params.sensor)
     middle = len(frames) // 2
     image, mask = frames[middle], load_masks(inputs.mask)[middle]
-    pixel = choose_pixel(model, image, mask, alpha_low=bounds[0])
+    pixel = _choose_pixel(model, image, mask, alpha_low=bounds[0])
     samples = np.stack([frame[pixel] for frame in Stream(inputs.background, params.sensor)])
-    shown = pixel_colour(model, image, samples, pixel)
+    shown = _pixel_colour(model, image, samples, pixel)
     figure = plt.figure(figsize=(PAGE_IN, 3.1))
     photo = figure.add_axes((0.015, 0.45, 0.27, 0.47))
     zoom = figure.add_axes((0.015, 0.07, 0.13, 0.33))

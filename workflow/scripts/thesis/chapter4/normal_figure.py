@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from palpate.json_fields import read_all
 from palpate.report.panels import named
 from palpate.report.style import BLUE, GREEN, GREY, ORANGE, PAGE_IN, sensor_name
+from palpate.surface.pose import to_object
 from palpate.units import MILLIMETRES
 from palpate.vision.clouds import Cloud, read_clouds
 from scipy.spatial import cKDTree
@@ -89,21 +90,10 @@ def fit_plane(cloud: Cloud, near_m: NDArray, *, neighbours: int) -> PlaneFit:
     return PlaneFit(cloud.points_m[chosen], centre, normal, points, kept)
 
 
-def pressed_plane(cloud: Cloud, alignment: Mapping, *, neighbours: int) -> tuple[Cloud, PlaneFit]:
-    """A frame's cloud in the object frame, and the plane at the rim of its dent.
-
-    Parameters
-    ----------
-    cloud : Cloud
-        Camera frame.
-    alignment : mapping
-        alignment.json: ``camera_from_object`` and ``contact_point_m``.
-    neighbours : int
-        Points of the plane.
-    """
+def _pressed_plane(cloud: Cloud, alignment: Mapping, neighbours: int) -> tuple[Cloud, PlaneFit]:
+    """A frame's cloud in the object frame, and the plane at the rim of its dent."""
     pose = np.array(alignment["camera_from_object"])
-    points = (cloud.points_m - pose[:3, 3]) @ pose[:3, :3]
-    turned = Cloud(points, cloud.normals @ pose[:3, :3])
+    turned = Cloud(to_object(pose, cloud.points_m), cloud.normals @ pose[:3, :3])
     near = np.array(alignment["contact_point_m"]) + ASIDE_M
     return turned, fit_plane(turned, near, neighbours=neighbours)
 
@@ -111,7 +101,7 @@ def pressed_plane(cloud: Cloud, alignment: Mapping, *, neighbours: int) -> tuple
 def figure_4_4(inputs: Any, params: Any) -> Figure:
     """Plane fitted to a vertex and its neighbours in each capture's last cloud (Fig. 4.4)."""
     planes = [
-        pressed_plane(read_clouds(clouds)[-1], alignment, neighbours=params.neighbours)
+        _pressed_plane(read_clouds(clouds)[-1], alignment, params.neighbours)
         for clouds, alignment in zip(inputs.clouds, read_all(inputs.alignments), strict=True)
     ]
     figure = plt.figure(figsize=(PAGE_IN, 4.3))

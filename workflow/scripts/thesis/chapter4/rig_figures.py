@@ -12,16 +12,7 @@ from matplotlib.patches import Polygon, Rectangle
 from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
 from palpate.capture.tables import read_table
-from palpate.report.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PAGE_IN,
-    label_provenance,
-    sensor_name,
-)
+from palpate.report import style
 from palpate.units import MILLIMETRES
 
 from thesis.chapter4 import rig
@@ -56,11 +47,11 @@ CHESSBOARD, SENSOR, TIP = (
 
 def figure_4_1(inputs: Any, params: Any) -> Figure:
     """Three depth devices, their optics and fields of view, as configured (Fig. 4.1)."""
-    figure = plt.figure(figsize=(PAGE_IN, 4.7))
+    figure = plt.figure(figsize=(style.PAGE_IN, 4.7))
     for k, device in enumerate(params.devices[name] for name in ("scan", "dots", "stereo")):
         left, width = k / 3 + 0.03, 1 / 3 - 0.05
         sensor = device.get("sensor")
-        name = sensor_name(sensor["sensor"]) if sensor else "VIVID 910"
+        name = style.sensor_name(sensor["sensor"]) if sensor else "VIVID 910"
         kind = KINDS[sensor["kind"] if sensor else "laser"]
         top = blank(figure, (left, 0.52, width, 0.41), f"{name}: {kind}", "abc"[k])
         _device(top, sensor)
@@ -104,7 +95,7 @@ def _fields(axes: Axes, device: Mapping) -> None:
     sensor, distance = device["sensor"], device["distance_m"]
     near, far = sensor["range_m"]
     shown = min(far, PLAN_M)
-    seen_by, looks = rig.cameras(sensor, np.eye(4)), ((BLUE, "-"), (ORANGE, "--"))
+    seen_by, looks = rig.cameras(sensor, np.eye(4)), ((style.BLUE, "-"), (style.ORANGE, "--"))
     for (name, (camera, pose)), (colour, dash) in zip(seen_by.items(), looks, strict=True):
         ends = (np.array([0, camera["width_px"]]) - camera["cx_px"]) / camera["fx_px"]
         reach = np.array([near, near, shown, shown])
@@ -117,7 +108,7 @@ def _fields(axes: Axes, device: Mapping) -> None:
             axes.plot(*np.array([pose[[0, 2], 3], corner]).T, color=colour, lw=0.5, ls=dash)
         axes.plot(pose[0, 3], pose[2, 3], "o", color=colour, ms=3.5, zorder=4)
     axes.annotate("", (0, distance), (0, 0), arrowprops=BOTH_WAYS)
-    axes.plot(0, distance, "o", color=BLACK, ms=3.5)
+    axes.plot(0, distance, "o", color=style.BLACK, ms=3.5)
     write(axes, (0, distance), f"object, {distance:.2f} m", (0.2, 1), 8)
     ranged = f"range {near:g} to {far:g} m" + (", cut" if far > PLAN_M else "")
     write(axes, (0, shown), ranged, (0, -1), 8)
@@ -127,10 +118,14 @@ def _fields(axes: Axes, device: Mapping) -> None:
 def _scans(axes: Axes, scan: Mapping) -> None:
     """Where the scanner stands about the object, from above."""
     size, distance = np.array(scan["size_m"]), scan["distance_m"]
-    axes.add_patch(Rectangle(-size[:2] / 2, *size[:2], fc=GREY, ec=BLACK, lw=0.7))
+    axes.add_patch(Rectangle(-size[:2] / 2, *size[:2], fc=style.GREY, ec=style.BLACK, lw=0.7))
     turns = np.deg2rad(scan["turns_deg"])
     directions = np.column_stack([np.sin(turns), -np.cos(turns)])
-    looks = zip(scan["elevations_deg"], ((BLUE, "^"), (ORANGE, "v"), (GREEN, "s")), strict=False)
+    looks = zip(
+        scan["elevations_deg"],
+        ((style.BLUE, "^"), (style.ORANGE, "v"), (style.GREEN, "s")),
+        strict=False,
+    )
     for elevation, (colour, marker) in looks:
         over = elevation < 0
         flat = distance * np.cos(np.deg2rad(elevation)) * (0.88 if over else 1.0) * directions
@@ -152,7 +147,7 @@ def _plan(axes: Axes, across: tuple, up: tuple, title: str | None = None) -> Non
 
 def figure_4_5(inputs: Any, params: Any) -> Figure:
     """Force sensor with handle and spherical indenter, with its configured sizes (Fig. 4.5)."""
-    probe, figure = params.probe, plt.figure(figsize=(PAGE_IN, 3.9))
+    probe, figure = params.probe, plt.figure(figsize=(style.PAGE_IN, 3.9))
     mesh, marker_to_force = rig.probe_mesh(probe), np.linalg.inv(probe["marker_from_force"])
     parts = blank(figure, (0.04, 0.03, 0.44, 0.89), "Parts", "a")
     sketch = Sketch(parts, OBLIQUE, rig.UPRIGHT[:3, :3])
@@ -223,7 +218,7 @@ def _measure(axes: Axes, probe: Mapping, free: int) -> None:
     ):
         dimension(axes, (x, low), (x, high), text, (free, 0))
     for height in (0.0, -sensor, -tip):
-        axes.plot([0, far], [height, height], color=BLACK, lw=0.4, ls=DASHED, zorder=0)
+        axes.plot([0, far], [height, height], color=style.BLACK, lw=0.4, ls=DASHED, zorder=0)
     write(axes, (-free * radius, -tip), f"sphere,\nradius {radius:.2f} mm", (-free, -0.15))
     write(axes, (-free * wide, -0.5 * sensor), f"diameter\n{2 * wide:.0f} mm", (-free, -0.1))
 
@@ -233,13 +228,13 @@ def figure_4_7(inputs: Any, params: Any) -> Figure:
     setups = params.setups
     scenes = [_scene(setup) for setup in setups]
     frame = ASIDE.frame(*(scene.vertices for scene in scenes), margin=0.03)
-    height = PAGE_IN / len(setups) * (frame[3] - frame[2]) / (frame[1] - frame[0])
-    figure = plt.figure(figsize=(PAGE_IN, height + 0.55))
+    height = style.PAGE_IN / len(setups) * (frame[3] - frame[2]) / (frame[1] - frame[0])
+    figure = plt.figure(figsize=(style.PAGE_IN, height + 0.55))
     for k, (setup, scene) in enumerate(zip(setups, scenes, strict=True)):
         place = k / len(setups) + 0.02, 0.07, 1 / len(setups) - 0.03, height / (height + 0.55)
-        axes = blank(figure, place, sensor_name(setup["sensor"]["sensor"]), "abcdef"[k])
+        axes = blank(figure, place, style.sensor_name(setup["sensor"]["sensor"]), "abcdef"[k])
         _setup(Sketch(axes, ASIDE), setup, scene, frame)
-    label_provenance(figure, {"simulated"})
+    style.label_provenance(figure, {"simulated"})
     return figure
 
 
@@ -260,7 +255,7 @@ def _setup(sketch: Sketch, setup: Mapping, scene: trimesh.Trimesh, frame: NDArra
     sketch.surface(scene, frame=frame, width_px=1100)
     placement, axes = setup["placement"], sketch.axes
     pose, target = rig.camera_pose(placement), placement["target_m"]
-    distance, looks = placement["distance_m"], ((BLUE, "-"), (ORANGE, "--"))
+    distance, looks = placement["distance_m"], ((style.BLUE, "-"), (style.ORANGE, "--"))
     seen_by = rig.cameras(setup["sensor"], pose).items()
     for (name, (camera, place)), (colour, dash) in zip(seen_by, looks, strict=True):
         corners = rig.frustum(camera, place, REACH * distance)
@@ -289,7 +284,7 @@ def figure_4_12(inputs: Any, params: Any) -> Figure:
     ahead = frames["tip"][:3, 3] - (frames["tip"][:3, 3] @ up) * up
     ahead /= np.linalg.norm(ahead)
     upright = np.stack([ahead, np.cross(up, ahead), up])
-    figure = plt.figure(figsize=(PAGE_IN, 3.8))
+    figure = plt.figure(figsize=(style.PAGE_IN, 3.8))
     whole = Sketch(
         blank(figure, (0.03, 0.04, 0.55, 0.89), "From camera to tip", "a"), BESIDE, upright
     )
@@ -301,8 +296,8 @@ def figure_4_12(inputs: Any, params: Any) -> Figure:
     whole.surface(trimesh.util.concatenate([mesh, housing]), width_px=1500)
     corners = rig.frustum(sensor["color"], np.eye(4), CAMERA_M, table=False)
     for corner in corners[1:]:
-        whole.line(corners[0], corner, color=GREY, lw=0.6)
-    whole.area(corners[1:], GREY, lw=0.6)
+        whole.line(corners[0], corner, color=style.GREY, lw=0.6)
+    whole.area(corners[1:], style.GREY, lw=0.6)
     whole.arrow(places["camera"], places["tip"], lw=1.0, ls=DASHED)
     whole.arrow(places["camera"], places["marker"], **CHAIN)
     left, right, low, high = near.surface(mesh, width_px=800)
@@ -330,5 +325,5 @@ def figure_4_12(inputs: Any, params: Any) -> Figure:
     near.name(places["tip"], f"tip,\nradius {radius:.2f} mm", (1, 0), 44, weight="bold")
     scale_bar(whole.axes, 100, "100 mm, parallel to the page", loc="lower right")
     scale_bar(near.axes, 50, "50 mm, parallel to the page", loc="lower left")
-    label_provenance(figure, provenances(params))
+    style.label_provenance(figure, provenances(params))
     return figure

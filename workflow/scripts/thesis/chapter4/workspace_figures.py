@@ -7,18 +7,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from palpate.report import style
 from palpate.report.panels import named
-from palpate.report.style import (
-    BLACK,
-    BLUE,
-    COLUMN_IN,
-    GREEN,
-    GREY,
-    ORANGE,
-    PAGE_IN,
-    finished,
-    sensor_name,
-)
 from palpate.units import CENTIMETRES, MILLIMETRES
 from palpate.vision.pose import CORNERS, REFINED, averages, select_threshold
 
@@ -26,17 +16,17 @@ from thesis.chapter4.workspace import AXES, by_sensor
 from thesis.diagrams import DASHED, TEXT_PT, by_sensor_panels, legend_below, provenances
 
 AXIS_LOOKS = {
-    "x": {"color": BLUE, "marker": "o"},
-    "y": {"color": GREEN, "marker": "s"},
-    "z": {"color": ORANGE, "marker": "^"},
+    "x": {"color": style.BLUE, "marker": "o"},
+    "y": {"color": style.GREEN, "marker": "s"},
+    "z": {"color": style.ORANGE, "marker": "^"},
 }
 SENSOR_LOOKS = {
-    "bumblebee": {"color": BLUE, "marker": "o"},
-    "kinect": {"color": ORANGE, "marker": "s"},
+    "bumblebee": {"color": style.BLUE, "marker": "o"},
+    "kinect": {"color": style.ORANGE, "marker": "s"},
 }
 # Sensors see the same places: a cross shows inside a ring.
 PLACE_LOOKS = {"bumblebee": {"marker": "o", "ms": 7}, "kinect": {"marker": "+", "ms": 6}}
-OTHER = {"color": BLACK, "marker": "^"}
+OTHER = {"color": style.BLACK, "marker": "^"}
 # Where the study's own choice of threshold lies [px] (Section 4.2.3).
 STUDY_PX = {"bumblebee": 0.25, "kinect": 0.45}
 THRESHOLD = "Reprojection threshold (px)"
@@ -45,12 +35,12 @@ FACTORS = {"std_angle_rad": float(np.degrees(1))}
 
 def figure_4_14(inputs: Any, params: Any) -> Figure:
     """The sampled points, from above and from the side, in each camera's frame (Fig. 4.14)."""
-    figure, axes = plt.subplots(1, 2, figsize=(PAGE_IN, 2.9))
+    figure, axes = plt.subplots(1, 2, figsize=(style.PAGE_IN, 2.9))
     for name, table in sorted(by_sensor(params.names, inputs.tables).items()):
         tips = _places(table) * CENTIMETRES
         look = OTHER | SENSOR_LOOKS.get(name, {}) | PLACE_LOOKS.get(name, {})
         for panel, across in zip(axes, (0, 1), strict=True):
-            label = sensor_name(name)
+            label = style.sensor_name(name)
             panel.plot(*tips[:, [2, across]].T, ls="", mfc="none", mew=1.1, label=label, **look)
     words = (("From above", "x, to the right (cm)"), ("From the side", "y, down (cm)"))
     for panel, (title, label), letter in zip(axes, words, "ab", strict=True):
@@ -58,7 +48,7 @@ def figure_4_14(inputs: Any, params: Any) -> Figure:
         panel.set_aspect("equal", adjustable="datalim")
         panel.margins(0.12)
         named(panel, letter, title)
-        arrow = {"arrowstyle": "-|>", "lw": 0.8, "color": BLACK}
+        arrow = {"arrowstyle": "-|>", "lw": 0.8, "color": style.BLACK}
         text = "to the camera at 0"
         look = {"xycoords": "axes fraction", "textcoords": "offset points", "fontsize": TEXT_PT}
         panel.annotate(text, (0.01, 0.96), (22, 0), va="center", arrowprops=arrow, **look)
@@ -74,9 +64,9 @@ def figure_4_15(inputs: Any, params: Any) -> Figure:
         for axis, look in AXIS_LOOKS.items():
             values = means[f"std_{axis}_m"] * MILLIMETRES
             panel.plot(means.index, values, "-", ms=3.5, label=f"${axis}$", **look)
-        panel.axvline(select_threshold(table), color=BLACK, lw=0.8, label="selected")
+        panel.axvline(select_threshold(table), color=style.BLACK, lw=0.8, label="selected")
         if name in STUDY_PX:
-            study = {"color": GREY, "lw": 0.8, "ls": DASHED, "label": "the study's"}
+            study = {"color": style.GREY, "lw": 0.8, "ls": DASHED, "label": "the study's"}
             panel.axvline(STUDY_PX[name], **study)
         panel.set_xlabel(THRESHOLD)
     axes[0, 0].set_ylabel("Mean standard deviation\nof the tip (mm)")
@@ -87,42 +77,42 @@ def figure_4_15(inputs: Any, params: Any) -> Figure:
 def by_threshold(inputs: Any, params: Any) -> Figure:
     """One quantity of all sensors against the threshold (Fig. 4.16 to 4.18)."""
     tables, factor = by_sensor(params.names, inputs.tables), FACTORS.get(params.column, 1.0)
-    figure, panel = plt.subplots(figsize=(COLUMN_IN, 2.5))
+    figure, panel = plt.subplots(figsize=(style.COLUMN_IN, 2.5))
     for name, table in sorted(tables.items()):
         values, selected = averages(table)[params.column] * factor, select_threshold(table)
         look = SENSOR_LOOKS.get(name, OTHER)
-        panel.plot(values.index, values, "-", ms=3.5, label=sensor_name(name), **look)
+        panel.plot(values.index, values, "-", ms=3.5, label=style.sensor_name(name), **look)
         panel.plot(selected, values[selected], ls="", ms=8, mfc="none", **look)
-    panel.plot([], [], "o", ms=8, mfc="none", mec=GREY, label="selected")
+    panel.plot([], [], "o", ms=8, mfc="none", mec=style.GREY, label="selected")
     panel.set(xlabel=THRESHOLD, ylabel=params.label)
     panel.set_ylim(bottom=0)
     # Above the panel: curves may be anywhere in it.
     above = {"loc": "lower left", "bbox_to_anchor": (-0.02, 0.98), "ncols": len(tables) + 1}
     panel.legend(columnspacing=1.2, handletextpad=0.4, **above)
-    return finished(figure, provenances(params))
+    return style.finished(figure, provenances(params))
 
 
 def figure_4_19(inputs: Any, params: Any) -> Figure:
     """Deviation of the tip against the grid point's distance, per axis and sensor (Fig. 4.19)."""
     tables = by_sensor(params.names, inputs.tables)
-    size = (PAGE_IN, 2.0 * len(tables) + 0.5)
+    size = (style.PAGE_IN, 2.0 * len(tables) + 0.5)
     figure, axes = plt.subplots(len(tables), 3, figsize=size, sharex=True, squeeze=False)
     letters = iter("abcdefghijkl")
     for row, (name, table) in zip(axes, sorted(tables.items()), strict=True):
         at = (table["method"] == CORNERS) & (table["threshold_px"] == select_threshold(table))
         for panel, axis in zip(row, AXES, strict=True):
             for rows, label, look in (
-                (table[at], "as the study", {"marker": "o", "color": BLUE, "ms": 3.6}),
+                (table[at], "as the study", {"marker": "o", "color": style.BLUE, "ms": 3.6}),
                 (
                     table[table["method"] == REFINED],
                     "refined on the picture",
-                    {"marker": "D", "color": ORANGE, "ms": 3.4, "mfc": "none"},
+                    {"marker": "D", "color": style.ORANGE, "ms": 3.4, "mfc": "none"},
                 ),
             ):
                 distance = np.linalg.norm(_places(rows), axis=1) * CENTIMETRES
                 values = rows[f"std_{axis}_m"] * MILLIMETRES
                 panel.plot(distance, values, ls="", label=label, clip_on=False, **look)
-            named(panel, next(letters), f"{sensor_name(name)}, ${axis}$")
+            named(panel, next(letters), f"{style.sensor_name(name)}, ${axis}$")
             panel.set_ylim(bottom=0)
         row[0].set_ylabel("Standard deviation (mm)")
     for panel in axes[-1]:

@@ -12,17 +12,7 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 from palpate.capture.images import Stream
 from palpate.json_fields import read_all, read_one
-from palpate.report.style import (
-    BLACK,
-    GREY,
-    ORANGE,
-    PAGE_IN,
-    SMALL,
-    entitle,
-    finished,
-    label_provenance,
-    sensor_name,
-)
+from palpate.report import style
 from palpate.surface.alignment import load_alignment
 from palpate.surface.pose import to_camera
 from palpate.surface.template import read_template
@@ -48,14 +38,18 @@ def figure_5_1(inputs: Any, params: Any) -> Figure:
     vertices = read_template(inputs.template, unit=declared["template"]["unit"]).vertices_m[:, :2]
     outline = np.array([vertices.min(axis=0), vertices.max(axis=0)])
     photo = Stream(inputs.recorded, params.sensor)[0]
-    figure, (above, below) = plt.subplots(2, 1, figsize=(PAGE_IN, 5.0), height_ratios=(1.25, 1))
+    figure, (above, below) = plt.subplots(
+        2, 1, figsize=(style.PAGE_IN, 5.0), height_ratios=(1.25, 1)
+    )
     _photo_panel(above, photo, pixels, list(points))
     _plan_panel(below, points, outline)
     for panel in (above, below):
         panel.set_title("room for the title")
-    figure = finished(figure, provenances(params))
-    entitle(above, f"{sensor_name(capture['sensor'])}, recording {capture['capture']}", "a")
-    entitle(below, "Plan, to scale", "b")
+    figure = style.finished(figure, provenances(params))
+    style.entitle(
+        above, f"{style.sensor_name(capture['sensor'])}, recording {capture['capture']}", "a"
+    )
+    style.entitle(below, "Plan, to scale", "b")
     return figure
 
 
@@ -64,12 +58,12 @@ def figure_5_4(inputs: Any, params: Any) -> Figure:
     hertz = hertz_table(params.captures, read_all(inputs.fits))
     table = table_5_2(hertz, pd.read_csv(inputs.published), block=params.block)
     sensors = sorted(set(table["sensor"]))
-    size = (PAGE_IN, 1.1 * len(sensors) + 0.5)
+    size = (style.PAGE_IN, 1.1 * len(sensors) + 0.5)
     figure, axes = plt.subplots(len(sensors), 2, figsize=size, squeeze=False, layout="constrained")
     values = table[["reduced_modulus_pa", "published_reduced_modulus_pa"]] * KILOPASCALS
     limits = float(np.nanmin(values)), float(np.nanmax(values))
     for row, sensor in zip(axes, sensors, strict=True):
-        mine, name = table[table["sensor"] == sensor], sensor_name(sensor)
+        mine, name = table[table["sensor"] == sensor], style.sensor_name(sensor)
         _map_panel(row[0], modulus_map(mine, "reduced_modulus_pa"), limits)
         image = _map_panel(row[1], modulus_map(mine, "published_reduced_modulus_pa"), limits)
         row[0].set_title(name)
@@ -79,7 +73,7 @@ def figure_5_4(inputs: Any, params: Any) -> Figure:
         panel.set_xlabel("Column")
     figure.colorbar(image, ax=axes, label="E* (kPa)", shrink=0.8, aspect=30)
     figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))
-    label_provenance(figure, provenances(params))
+    style.label_provenance(figure, provenances(params))
     return figure
 
 
@@ -111,7 +105,7 @@ def _map_panel(axes: Axes, values_pa: NDArray, limits: tuple[float, float]):
     image = axes.imshow(values, cmap=MAP, vmin=limits[0], vmax=limits[1], extent=extent, aspect=0.5)
     for (row, column), value in np.ndenumerate(values):
         bright = value > sum(limits) / 2
-        colour = BLACK if bright or np.isnan(value) else "white"
+        colour = style.BLACK if bright or np.isnan(value) else "white"
         place = column + 1, row + 1
         text = "–" if np.isnan(value) else f"{value:.1f}"
         axes.text(*place, text, ha="center", va="center", color=colour, fontsize=7.5)
@@ -125,9 +119,9 @@ def _map_panel(axes: Axes, values_pa: NDArray, limits: tuple[float, float]):
 def _photo_panel(axes: Axes, photo: NDArray, pixels: NDArray, names: list[str]) -> None:
     grey = "gray" if photo.ndim == 2 else None
     axes.imshow(photo, cmap=grey, interpolation="antialiased")
-    axes.plot(*pixels.T, "o", ms=5, mfc="none", mec=ORANGE, mew=1.1)
+    axes.plot(*pixels.T, "o", ms=5, mfc="none", mec=style.ORANGE, mew=1.1)
     for name, place in zip(names, pixels, strict=True):
-        look = {"weight": "bold", "fontsize": SMALL, "path_effects": HALO, "va": "center"}
+        look = {"weight": "bold", "fontsize": style.SMALL, "path_effects": HALO, "va": "center"}
         axes.annotate(name, place, (4.5, 0), textcoords="offset points", **look)
     low, high = pixels.min(axis=0), pixels.max(axis=0)
     width = MARGIN * (high[0] - low[0])
@@ -140,14 +134,14 @@ def _photo_panel(axes: Axes, photo: NDArray, pixels: NDArray, names: list[str]) 
 
 def _plan_panel(axes: Axes, points: Mapping[str, NDArray], outline_m: NDArray) -> None:
     low, high = outline_m * MILLIMETRES
-    axes.add_patch(Rectangle(low, *(high - low), fc="0.95", ec=BLACK, lw=1.0))
+    axes.add_patch(Rectangle(low, *(high - low), fc="0.95", ec=style.BLACK, lw=1.0))
     places = np.array(list(points.values()))[:, :2] * MILLIMETRES
     for values, line in ((places[:, 0], axes.axvline), (places[:, 1], axes.axhline)):
         for value in np.unique(values.round(3)):
-            line(value, color=GREY, lw=0.5, ls=(0, (3, 2)), zorder=1.5)
-    axes.plot(*places.T, "o", ms=5, mfc="white", mec=ORANGE, mew=1.2)
+            line(value, color=style.GREY, lw=0.5, ls=(0, (3, 2)), zorder=1.5)
+    axes.plot(*places.T, "o", ms=5, mfc="white", mec=style.ORANGE, mew=1.2)
     for name, place in zip(points, places, strict=True):
-        look = {"weight": "bold", "fontsize": SMALL, "path_effects": HALO}
+        look = {"weight": "bold", "fontsize": style.SMALL, "path_effects": HALO}
         axes.annotate(name, place, (4, 3), textcoords="offset points", **look)
     axes.set_aspect("equal")
     axes.set(xlim=(low[0] - 12, high[0] + 12), ylim=(low[1] - 10, high[1] + 10))

@@ -10,25 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from palpate.json_fields import minima_by_key, read_all
+from palpate.report import style
 from palpate.report.panels import named
-from palpate.report.style import (
-    BLUE,
-    COLUMN_IN,
-    ERROR_NAMES,
-    GREY,
-    ORANGE,
-    PAGE_IN,
-    finished,
-    label_provenance,
-    panel_letter,
-    sensor_name,
-)
 from palpate.report.tables import bound_mark
 from palpate.units import KILOPASCALS, MILLIMETRES, PERCENT
 
 from thesis.diagrams import provenances
 
-COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
+COLOURS = {"bumblebee": style.BLUE, "kinect": style.ORANGE}
 # Curves end where their error is this much above the least: the rest says nothing more.
 HIGHEST_PERCENT = 12.0
 
@@ -40,12 +29,12 @@ def minimisation(inputs: Any, params: Any) -> Figure:
     """
     captures, minima = params.captures, read_all(inputs.results)
     count = len(minima)
-    size = (max(COLUMN_IN, PAGE_IN * count / 2), 4.5)
+    size = (max(style.COLUMN_IN, style.PAGE_IN * count / 2), 4.5)
     figure, axes = plt.subplots(3, count, figsize=size, sharex=True, squeeze=False)
     for column, capture, minimum, first in zip(axes.T, captures, minima, range(count), strict=True):
         _trace_panels(column, minimum["trace"][: params.iterations])
         place = f"{capture['object'].replace('_', ' ')}, point {capture['point']}"
-        title = f"{sensor_name(capture['sensor'])}: {place}{bound_mark(minimum)}"
+        title = f"{style.sensor_name(capture['sensor'])}: {place}{bound_mark(minimum)}"
         for panel, letter, text in zip(
             column, ascii_lowercase[first::count], (title, "", ""), strict=False
         ):
@@ -54,17 +43,19 @@ def minimisation(inputs: Any, params: Any) -> Figure:
         panel.set_ylabel(label)
     figure.align_ylabels(axes[:, 0])
     figure.tight_layout(rect=(0, 0.03, 1, 1))
-    figure.text(0.01, 0.008, f"error of {ERROR_NAMES[params.error]}", fontsize=7.5, va="bottom")
-    label_provenance(figure, provenances(params))
+    figure.text(
+        0.01, 0.008, f"error of {style.ERROR_NAMES[params.error]}", fontsize=7.5, va="bottom"
+    )
+    style.label_provenance(figure, provenances(params))
     return figure
 
 
 def _trace_panels(column: Sequence[Axes], trace: Sequence[Mapping]) -> None:
     iteration = [step["iteration"] for step in trace]
     series = (
-        ("lame_lambda_pa", KILOPASCALS, BLUE),
-        ("lame_mu_pa", KILOPASCALS, BLUE),
-        ("error_m", MILLIMETRES, ORANGE),
+        ("lame_lambda_pa", KILOPASCALS, style.BLUE),
+        ("lame_mu_pa", KILOPASCALS, style.BLUE),
+        ("error_m", MILLIMETRES, style.ORANGE),
     )
     for panel, (name, scale, colour) in zip(column, series, strict=True):
         values = [step[name] * scale for step in trace]
@@ -88,7 +79,7 @@ def poisson_profiles(inputs: Any, params: Any) -> Figure:
     objects = list(dict.fromkeys(capture["object"] for capture in captures))
     figure, axes = plt.subplots(
         *(2 * len(errors), len(objects)),
-        figsize=(min(COLUMN_IN * len(objects), PAGE_IN), 2.0 * 2 * len(errors)),
+        figsize=(min(style.COLUMN_IN * len(objects), style.PAGE_IN), 2.0 * 2 * len(errors)),
         sharex=True,
         squeeze=False,
     )
@@ -97,17 +88,19 @@ def poisson_profiles(inputs: Any, params: Any) -> Figure:
         for row, error in enumerate(errors):
             pair = axes[2 * row : 2 * row + 2, k]
             _draw_object(pair, mine, [minima[(*_key(c), error)]["profile"] for c in mine])
-            pair[0].set_title(f"{name.replace('_', ' ')}\n{ERROR_NAMES[error]}", weight="normal")
+            pair[0].set_title(
+                f"{name.replace('_', ' ')}\n{style.ERROR_NAMES[error]}", weight="normal"
+            )
         axes[-1, k].set_xlabel("Poisson's ratio")
         axes[1, k].legend(loc="lower left", fontsize=6.5, handlelength=1.2)
     for panel, letter in zip(axes.flat, ascii_lowercase, strict=False):
-        panel_letter(panel, letter)
+        style.panel_letter(panel, letter)
     for row in axes[::2, 0]:
         row.set_ylabel("Error above\nits least (%)")
     for row in axes[1::2, 0]:
         row.set_ylabel("Best E for it (kPa)")
     axes[0, 0].set_xlim(0, 0.5)
-    return finished(figure, provenances(params))
+    return style.finished(figure, provenances(params))
 
 
 def _key(capture: Mapping) -> tuple[str, str, str]:
@@ -122,8 +115,8 @@ def _draw_object(
     for capture, sensor, profile in zip(captures, sensors, profiles, strict=True):
         first = capture is captures[sensors.index(sensor)]
         count = sensors.count(sensor)
-        name = f"{sensor_name(sensor)}, {count} capture{'s' if count > 1 else ''}"
-        look = {"color": COLOURS.get(sensor, GREY), "label": name if first else None}
+        name = f"{style.sensor_name(sensor)}, {count} capture{'s' if count > 1 else ''}"
+        look = {"color": COLOURS.get(sensor, style.GREY), "label": name if first else None}
         _curves(pair, profile, look)
     pair[0].set_ylim(0, HIGHEST_PERCENT)
     pair[1].set_ylim(bottom=0)

@@ -1,7 +1,6 @@
 """Rigid alignment that may slide along an object, with and without what holds it (Fig. 5.6)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -60,38 +59,16 @@ NOTE = (
 )
 
 
-@dataclass(frozen=True)
-class Case:
-    """An alignment of the cloud.
-
-    Attributes
-    ----------
-    align : callable
-        From the first camera_from_object to the last.
-    cloud_m, added_m : (n, 3) and (k, 3) arrays
-        Captured and added points that it places, camera frame [m].
-    """
-
-    align: Callable[[NDArray], NDArray]
-    cloud_m: NDArray
-    added_m: NDArray
-
-
-def cases_of(
+def _cases(
     recorded: Recorded, frame: int, known: RestingPrior, options: Aligning
-) -> dict[str, Case]:
-    """Alignments of a frame's cloud, by name.
+) -> dict[str, tuple[Callable, NDArray, NDArray]]:
+    """Alignments of a frame's cloud by name.
 
-    Parameters
-    ----------
-    recorded : Recorded
-    frame : int
-    known : RestingPrior
-        What table and touched point say of the object's place.
-    options : Aligning
+    Each has the function from the first camera_from_object to the last, and the captured and the
+    added points that it places, camera frame [m].
     """
     template, none = recorded.template, np.zeros((0, 3))
-    (whole, normals), added = recorded.clouds[frame], added_places(recorded)
+    (whole, normals), added = recorded.clouds[frame], _added_places(recorded)
     kept = _kept(recorded, whole)
     cut = whole[kept], normals[kept]
     more = tuple(np.vstack(pair) for pair in zip(cut, added, strict=True))
@@ -102,14 +79,14 @@ def cases_of(
     nearest = partial(align_to_nearest, template, **within)
     held = partial(align_rigidly, template, *cut, options=options, resting=known)
     return {
-        ALONE: Case(partial(nearest, *cut), cut[0], none),
-        WHOLE: Case(partial(nearest, whole, normals), whole, none),
-        ADDED: Case(partial(nearest, *more), cut[0], added[0]),
-        HELD: Case(held, cut[0], none),
+        ALONE: (partial(nearest, *cut), cut[0], none),
+        WHOLE: (partial(nearest, whole, normals), whole, none),
+        ADDED: (partial(nearest, *more), cut[0], added[0]),
+        HELD: (held, cut[0], none),
     }
 
 
-def added_places(recorded: Recorded) -> tuple[NDArray, NDArray]:
+def _added_places(recorded: Recorded) -> tuple[NDArray, NDArray]:
     """Points of the template that no camera sees and no indentation reaches, and their normals.
 
     As close as a cloud's: the template's own vertices would lock it at multiples of its edges.
@@ -171,14 +148,9 @@ def shifted(pose: NDArray, along_m: float) -> NDArray:
     return pose @ step
 
 
-def slide(pose: NDArray, right: NDArray, point_m: NDArray) -> float:
-    """How far a pose takes a point of the object along x from where the right one does [m]."""
-    return float(to_object(right, to_camera(pose, point_m[None]))[0, 0] - point_m[0])
-
-
-def without_ends(points_m: NDArray, *, low_m: float, high_m: float) -> NDArray:
-    """Points of the object frame between two places along x, (n,) bool array."""
-    return (points_m[:, 0] > low_m) & (points_m[:, 0] < high_m)
+def slide(pose: NDArray, right: NDArray) -> float:
+    """How far a pose takes the object along its x from where the right one does [m]."""
+    return float(to_object(right, pose[None, :3, 3])[0, 0])
 
 
 def figure_5_6(inputs: Any, params: Any) -> Figure:
@@ -186,7 +158,7 @@ def figure_5_6(inputs: Any, params: Any) -> Figure:
     recorded, frame = recordings_of(inputs, params.probes)[0], last_frames(inputs)[0]
     options, template = Aligning.read(params.options), recorded.template
     known = _resting(inputs, recorded, params.captures[0]["point"])
-    cases = cases_of(recorded, frame, known, options)
+    cases = _cases(recorded, frame, known, options)
     right = recorded.alignment.camera_from_object
     slid = [_shown(title, cases[name], right) for name, title in TITLES.items()]
     rows = len(slid)
@@ -207,8 +179,8 @@ def figure_5_6(inputs: Any, params: Any) -> Figure:
     high, low = chart.get_position(), axes[-1, 1].get_position()
     chart.set_position((high.x0, low.y0 + 0.03, high.width, high.y1 - low.y0 - 0.03))
     looks = zip(cases.items(), (ORANGE, GREY, GREEN, BLUE), "os^D", strict=True)
-    for (name, case), colour, mark in looks:
-        left_m = np.array([_slid(case, right, shift) for shift in SHIFTS_M])
+    for (name, (align, *_)), colour, mark in looks:
+        left_m = np.array([slide(align(shifted(right, shift)), right) for shift in SHIFTS_M])
         look = {"color": colour, "marker": mark, "ms": 3.2, "lw": 1.0, "label": name}
         chart.plot(SHIFTS_M * MILLIMETRES, left_m * MILLIMETRES, **look)
     chart.axhline(0, color=BLACK, lw=0.5, zorder=0)
@@ -227,28 +199,21 @@ def _resting(inputs: Any, recorded: Recorded, point: str) -> RestingPrior:
     """What table and touched point say of the block's place."""
     declared = load_yaml(inputs.object[0])["points"][point]
     plane = read_plane(inputs.planes[0])
-    frame = recorded.alignment.contact_frame
-    touch = recorded.tips_m, frame, frame
-    radius = recorded.indenter_radius_m
-    known = recorded.template, recorded.support, declared, plane
-    return resting_prior(*known, *touch, indenter_radius_m=radius)
+    known, frame = recorded.indenter_radius_m, recorded.alignment.contact_frame
+    placed = recorded.template, recorded.support, declared, plane, recorded.tips_m
+    return resting_prior(*placed, frame, frame, indenter_radius_m=known)
 
 
 def _kept(recorded: Recorded, cloud_m: NDArray) -> NDArray:
     """Which points of a cloud lie within the kept part of the block."""
     end = recorded.template.vertices_m[:, 0].max()
-    placed = to_object(recorded.alignment.camera_from_object, cloud_m)
-    return without_ends(placed, low_m=end - KEPT_M[1], high_m=end - KEPT_M[0])
+    x = to_object(recorded.alignment.camera_from_object, cloud_m)[:, 0]
+    return (x > end - KEPT_M[1]) & (x < end - KEPT_M[0])
 
 
-def _slid(case: Case, right: NDArray, shift_m: float) -> float:
-    """How far off an alignment ends that starts shifted [m]."""
-    return slide(case.align(shifted(right, shift_m)), right, np.zeros(3))
-
-
-def _shown(title: str, case: Case, right: NDArray) -> tuple[str, NDArray, NDArray]:
+def _shown(title: str, case: tuple, right: NDArray) -> tuple[str, NDArray, NDArray]:
     """Panel of an alignment: how far it slid, and where it places the points."""
-    pose = case.align(shifted(right, SHOWN_M))
-    slid = 1e3 * slide(pose, right, np.zeros(3))
-    cloud, added = (to_object(pose, points) for points in (case.cloud_m, case.added_m))
-    return f"{title}: slid {slid:+.1f} mm", cloud, added
+    align, *clouds = case
+    pose = align(shifted(right, SHOWN_M))
+    cloud, added = (to_object(pose, points) for points in clouds)
+    return f"{title}: slid {1e3 * slide(pose, right):+.1f} mm", cloud, added

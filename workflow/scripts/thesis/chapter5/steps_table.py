@@ -11,21 +11,10 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from palpate.json_fields import read_all, read_by_folder
-from palpate.report import tables
-from palpate.report.style import (
-    BLACK,
-    BLUE,
-    ERROR_NAMES,
-    GREY,
-    ORANGE,
-    PAGE_IN,
-    SMALL,
-    label_provenance,
-    panel_letter,
-    sensor_name,
-)
+from palpate.report import style, tables
 from palpate.report.tables import CAPTURE
 
+from thesis.chapter5.minimisation_figures import COLOURS
 from thesis.chapter5.minimise_steps import ALONE, TRUE
 from thesis.diagrams import DASHED
 
@@ -33,7 +22,6 @@ from thesis.diagrams import DASHED
 INDENTED_S = 1.0
 FOUND = ["youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa"]
 RATIOS = ["youngs_modulus_ratio", "relaxed_modulus_ratio", "poisson_ratio_error"]
-COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
 SPREAD = 0.16
 HEIGHT_IN = 5.4
 RATIO_TICKS = (0.5, 0.8, 1.0, 1.25, 2.0, 4.0)
@@ -166,7 +154,7 @@ def _against(step: Mapping, material: Mapping) -> dict:
 def steps_figure(table: pd.DataFrame, error: str) -> Figure:
     """E over the truth and nu of each capture, by object and step, with one error option."""
     shown = table[table["error"] == error]
-    names, size = list(dict.fromkeys(shown["object"])), (PAGE_IN, HEIGHT_IN)
+    names, size = list(dict.fromkeys(shown["object"])), (style.PAGE_IN, HEIGHT_IN)
     shared = {"sharex": True, "sharey": "row", "squeeze": False}
     figure, axes = plt.subplots(2, len(names), figsize=size, **shared)
     for k, name in enumerate(names):
@@ -175,14 +163,14 @@ def steps_figure(table: pd.DataFrame, error: str) -> Figure:
             _draw(panel, mine, column)
         axes[0, k].set_title(name.replace("foam_", "").capitalize())
     for panel, letter in zip(axes.flat, ascii_lowercase, strict=False):
-        panel_letter(panel, letter)
+        style.panel_letter(panel, letter)
     for row, label in zip(axes[:, 0], ROWS.values(), strict=True):
         row.set_ylabel(label)
     _ratio_axis(axes[0, 0])
     axes[1, 0].set_ylim(0, 0.5)
     figure.tight_layout(rect=(0, 0.09, 1, 1))
     _explain(figure, shown, error)
-    label_provenance(figure, set(shown["provenance"]))
+    style.label_provenance(figure, set(shown["provenance"]))
     return figure
 
 
@@ -192,14 +180,14 @@ def _draw(panel: Axes, rows: pd.DataFrame, column: str) -> None:
     keys = list(dict.fromkeys(zip(rows["sensor"], rows["capture"], strict=True)))
     for shift, (sensor, capture) in zip(_spread(len(keys)), keys, strict=True):
         mine = rows[(rows["sensor"] == sensor) & (rows["capture"] == capture)]
-        look = {"color": COLOURS.get(sensor, GREY), "ms": 3.5, "lw": 0.7, "clip_on": False}
-        for part, style in _parts(mine):
+        look = {"color": COLOURS.get(sensor, style.GREY), "ms": 3.5, "lw": 0.7, "clip_on": False}
+        for part, kind in _parts(mine):
             place = np.array([steps.index(step) for step in part["step"]]) + shift
-            panel.plot(place, part[column], **style, **look)
+            panel.plot(place, part[column], **kind, **look)
     true = 1.0 if column != "poisson_ratio" else rows["true_poisson_ratio"].iloc[0]
-    panel.axhline(true, color=BLACK, lw=0.8, ls=DASHED)
+    panel.axhline(true, color=style.BLACK, lw=0.8, ls=DASHED)
     labels = [step.replace("_", " ") for step in steps]
-    panel.set_xticks(range(len(steps)), labels, rotation=55, ha="right", fontsize=SMALL)
+    panel.set_xticks(range(len(steps)), labels, rotation=55, ha="right", fontsize=style.SMALL)
 
 
 def _parts(rows: pd.DataFrame) -> list[tuple[pd.DataFrame, dict]]:
@@ -230,15 +218,18 @@ def _spread(count: int) -> np.ndarray:
 def _explain(figure: Figure, rows: pd.DataFrame, error: str) -> None:
     look = {"ms": 3.5, "lw": 0.7}
     lines = {
-        f"{sensor_name(name)}, added in turn": {"color": COLOURS.get(name, GREY), "marker": "o"}
+        f"{style.sensor_name(name)}, added in turn": {
+            "color": COLOURS.get(name, style.GREY),
+            "marker": "o",
+        }
         for name in dict.fromkeys(rows["sensor"])
     }
     lines["alone"] = {"marker": "x", "ls": ""}
     lines["on the true surface"] = {"marker": "o", "ls": ":", "mfc": "white"}
     lines["truth"] = {"lw": 0.8, "ls": DASHED}
     handles = [
-        plt.Line2D([], [], **({"color": BLACK} | look | line), label=name)
+        plt.Line2D([], [], **({"color": style.BLACK} | look | line), label=name)
         for name, line in lines.items()
     ]
-    title, place = f"error of {ERROR_NAMES[error]}", {"bbox_to_anchor": (0.5, 0.02)}
+    title, place = f"error of {style.ERROR_NAMES[error]}", {"bbox_to_anchor": (0.5, 0.02)}
     figure.legend(handles=handles, title=title, loc="lower center", ncols=len(lines), **place)
