@@ -137,6 +137,12 @@ def provenances(params: Any) -> set[str]:
     return {capture["provenance"] for capture in params.captures}
 
 
+def labelled(figure: Figure, params: Any) -> Figure:
+    """A laid-out figure, which says whether a rule's captures are simulated."""
+    style.label_provenance(figure, provenances(params))
+    return figure
+
+
 def tangents(normal: NDArray) -> NDArray:
     """Two unit vectors across a vector of any length, the first as near x as can be, (2, 3)."""
     normal = normal / np.linalg.norm(normal)

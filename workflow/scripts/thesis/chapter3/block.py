@@ -15,7 +15,6 @@ from palpate.solid.support import read_support
 from palpate.surface.tracked import load_tracked, save_tracked
 from palpate.workflow.job import naming
 
-from thesis import published
 from thesis.chapter3 import simulation_figures, simulation_tables
 from thesis.minimise.fit import fit_moduli, minimum_files
 from thesis.minimise.linear import linear_method
@@ -25,8 +24,6 @@ from thesis.minimise.problem import pose_simulation, pressed_area_modulus
 from thesis.options import Simulation
 from thesis.tracker.simulation import SimulatedSteps, read_steps, track_steps
 
-MODULI_TITLE = "Sections 3.3.2 to 3.3.4: Lame parameters, E (Pa) and nu of the simulated block"
-TRACKER_TITLE = "Simulated block: errors of the tracker (m) and what follows from them (Pa)"
 NOISE_TITLE = "Simulated block: Lame parameters (Pa) from exact displacements with noise (m)"
 # Of a variant of the tracker's options.
 SHOWN = ("cuts", "corners", "data_term", "s_sm", "w_sm_stop")
@@ -75,16 +72,16 @@ def make_simulation_minimise(inputs: Any, params: Any) -> dict:
     return minimum_files(objective, found, problem.mesh, known)
 
 
-def make_simulation_table(inputs: Any, params: Any) -> dict:
+def make_simulation_table(inputs: Any, params: Any) -> pd.DataFrame:
     """Moduli of the block by method and data."""
     linear = dict(zip(params.data, read_all(inputs.linear), strict=True))
     found = simulation_tables.simulation_table(
         linear, read_all(inputs.minima), pd.read_csv(inputs.published), read_one(inputs.truth)
     )
-    return published.table(tables.rounded(found), title=MODULI_TITLE)
+    return tables.rounded(found)
 
 
-def make_simulation_tracking(inputs: Any, params: Any) -> dict:
+def make_simulation_tracking(inputs: Any, params: Any) -> pd.DataFrame:
     """What the estimates owe to the tracker: each variant of its options."""
     options, steps = Simulation.read(params.options), read_steps(inputs.steps)
     variants = {"chosen": {}} | {name: one.written() for name, one in options.variants.items()}
@@ -97,8 +94,7 @@ def make_simulation_tracking(inputs: Any, params: Any) -> dict:
     truth, table = read_one(inputs.truth), pd.DataFrame(rows)
     for key in ("lambda_pa", "mu_pa"):
         table[f"true_lame_{key}"] = truth[key] if truth else None
-    table = tables.rounded(table.assign(provenance="simulated"))
-    return outputs.table(table, title=TRACKER_TITLE)
+    return tables.rounded(table.assign(provenance="simulated"))
 
 
 def _changed(options: Simulation, changes: Mapping) -> Simulation:

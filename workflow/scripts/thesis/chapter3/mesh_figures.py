@@ -24,7 +24,7 @@ from palpate.solid.mesh import SolidMesh, read_solid, refine_near
 from palpate.surface.tracked import Tracked, load_tracked
 from palpate.units import MILLIMETRES
 
-from thesis.diagrams import DASHED, provenances, tangents
+from thesis.diagrams import DASHED, labelled, tangents
 from thesis.minimise.options import Solid
 from thesis.panels import coloured, displacement_bar, scale_bar, surface_panel
 from thesis.tracker.simulation import SimulatedSteps, read_steps
@@ -66,8 +66,7 @@ def figure_3_3(inputs: Any, params: Any) -> Figure:
     ]  # fmt: skip
     figure.tight_layout(rect=(0, 0.1, 1, 1))
     figure.legend(handles=marks, loc="lower center", ncol=3, bbox_to_anchor=(0.5, 0.03))
-    label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)
 
 
 def _views(

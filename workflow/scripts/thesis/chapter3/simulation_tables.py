@@ -15,7 +15,7 @@ from palpate.surface.tracked import Tracked
 from palpate.workflow.object_inputs import read_declared
 
 from thesis.minimise.linear import LinearEstimate, linear_method
-from thesis.minimise.objective import NodeSets, Objective, Problem, node_sets
+from thesis.minimise.objective import Objective, Problem, node_sets
 from thesis.minimise.options import Minimise, Solid
 from thesis.minimise.problem import pressed_area_modulus
 from thesis.minimise.search import Minimum, hertz_start, minimise_error
@@ -32,23 +32,6 @@ KNOWN = {
     "support": ("0", "unknown"),
     "interior": ("unknown", "0"),
 }
-
-
-def table_3_1(sets: NodeSets, *, provenance: str) -> pd.DataFrame:
-    """Values and notations of each set of nodes (Table 3.1), with the nodes of a mesh."""
-    rows = [
-        {
-            "nodes": name,
-            "displacement": displacement,
-            "displacement_notation": f"U_{name[0]}",
-            "force": force,
-            "force_notation": f"F_{name[0]}",
-            "count": len(getattr(sets, name)),
-            "provenance": provenance,
-        }
-        for name, (displacement, force) in KNOWN.items()
-    ]
-    return pd.DataFrame(rows)
 
 
 def simulation_table(
@@ -203,6 +186,11 @@ def make_table_3_1(inputs: Any, params: Any) -> dict:
     mesh = refine_near(read_solid(inputs.solid), point, **near)
     triangle = contact_triangle(mesh, point, largest_distance_m=radius)
     sets = node_sets(mesh, support, contact_nodes=triangle)
-    found = table_3_1(sets, provenance=capture["provenance"])
+    names = ["nodes", "displacement", "displacement_notation", "force", "force_notation", "count"]
+    rows = [
+        (name, moved, f"U_{name[0]}", force, f"F_{name[0]}", len(getattr(sets, name)))
+        for name, (moved, force) in KNOWN.items()
+    ]
+    found = pd.DataFrame(rows, columns=names).assign(provenance=capture["provenance"])
     place = f"{capture['object']} at point {capture['point']}"
     return outputs.table(found, title=f"Table 3.1: sets of nodes; counts of {place}")

@@ -16,28 +16,22 @@ from palpate.report import style
 from palpate.units import CENTIMETRES
 from palpate.vision.camera import OPTICS
 
-from thesis import published
-
 # The study calls the infrared camera IR and prints its translation in centimetres.
 PUBLISHED_NAMES = {"color": "color", "infrared": "ir"}
 STREAM_TITLES = {"color": "Colour camera", "infrared": "Infrared camera"}
 COLOURS = {"color": style.ORANGE, "infrared": style.BLUE}
-OPTICS_TITLE = "Table 4.1: focal lengths and principal points (px)"
-TRANSFORM_TITLE = "Equation 4.12: transform from the infrared to the colour camera"
 
 
-def make_table_4_1(inputs: Any, params: Any) -> dict:
+def make_table_4_1(inputs: Any, params: Any) -> pd.DataFrame:
     """Table 4.1 of the first calibrated sensor."""
     (result,) = read_all(inputs.calibration)
-    table = table_4_1(result, pd.read_csv(inputs.published))
-    return published.table(table, title=OPTICS_TITLE)
+    return table_4_1(result, pd.read_csv(inputs.published))
 
 
-def make_equation_4_12(inputs: Any, params: Any) -> dict:
+def make_equation_4_12(inputs: Any, params: Any) -> pd.DataFrame:
     """Equation 4.12 of the first calibrated sensor."""
     (result,) = read_all(inputs.calibration)
-    table = equation_4_12(result, pd.read_csv(inputs.published))
-    return published.table(table, title=TRANSFORM_TITLE)
+    return equation_4_12(result, pd.read_csv(inputs.published))
 
 
 def pair_of(folder: str, view: str) -> dict[str, NDArray]:

@@ -12,12 +12,12 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 from palpate.capture.images import Stream
 from palpate.report.panels import named, photo_panel
-from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE_IN, label_provenance
+from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE_IN
 from palpate.vision.background import BackgroundModel, distortion, load_model
 from palpate.vision.foreground import load_masks
 from palpate.vision.options import Background
 
-from thesis.diagrams import TEXT_PT, Sketch, blank, provenances, scale_bar, write
+from thesis.diagrams import TEXT_PT, Sketch, blank, labelled, scale_bar, write
 from thesis.views import View
 
 WHITE_LEVEL, TICKS = 255, (100, 200)
@@ -142,8 +142,7 @@ def figure_4_11(inputs: Any, params: Any) -> Figure:
     space = blank(figure, (0.32, 0.05, 0.38, 0.87), "RGB space (grey levels)", "b")
     _colour_space(Sketch(space, SIDE), shown)
     _classes(figure.add_axes((0.775, 0.17, 0.215, 0.75)), shown, bounds)
-    label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)
 
 
 def _swatches(axes: Axes, shown: PixelColour) -> None:

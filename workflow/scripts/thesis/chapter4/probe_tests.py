@@ -33,7 +33,6 @@ CLOUD_FRAMES = 6
 # Shown around the case [m], and so many points at most.
 SHOWN_M, SHOWN_POINTS = 0.03, 20_000
 LOWEST_M = 0.004
-TITLE = "Tracing the CD case (Section 4.2.4): the tip's centre against the case's outline (mm)"
 
 
 def make_cd_case(inputs: Any, params: Any) -> dict:
@@ -41,8 +40,7 @@ def make_cd_case(inputs: Any, params: Any) -> dict:
     folder, sensor = Path(inputs.case), sensor_with_optics(params.sensor, inputs.optics)
     poses = followed(folder / "trace", sensor, params.probe, ProbePose.read(params.pose))
     rng = np.random.default_rng(params.seed)
-    empty = scene_points(next(all_streams(folder / "background", sensor)), sensor)
-    plane = fit_support_plane(empty, rng=rng, inlier_distance_m=params.inlier_distance_m)
+    plane = _table_plane(folder / "background", sensor, params, rng)
     points, size_m = scene_cloud(folder / "trace", sensor, params, poses), np.array(params.size_m)
     camera_from_case = place_box(points, plane, size_m)
     above = in_frame(points[height_above(plane, points) > LOWEST_M], camera_from_case)
@@ -90,13 +88,12 @@ def shown_points(cloud_m: NDArray, size_m: NDArray, rng: np.random.Generator) ->
     return cloud[rng.choice(len(cloud), min(SHOWN_POINTS, len(cloud)), replace=False)]
 
 
-def make_cd_case_table(inputs: Any, params: Any) -> dict:
+def make_cd_case_table(inputs: Any, params: Any) -> pd.DataFrame:
     """Offsets of each sensor's path."""
     paths = by_sensor(params.names, inputs.paths)
     places = by_sensor(params.names, inputs.places, read_one)
     table = pd.DataFrame([case_row(name, paths[name], places[name]) for name in params.names])
-    table["provenance"] = table["sensor"].map(params.provenance)
-    return outputs.table(table, title=TITLE)
+    return table.assign(provenance=table["sensor"].map(params.provenance))
 
 
 def case_row(name: str, path: pd.DataFrame, place: Mapping) -> dict:
@@ -113,9 +110,8 @@ def make_loading_test(inputs: Any, params: Any) -> dict:
     folder, sensor = inputs.loading, sensor_with_optics(params.sensor, inputs.optics)
     options, record = Force.read(params.options), read_force(folder)
     poses = followed(folder, sensor, params.probe, ProbePose.read(params.pose))
-    wrench, clock = capture_wrenches(
-        record, poses, sensor, params.probe, options, up=_table_normal(folder, sensor, params)
-    )
+    up = _table_plane(folder, sensor, params, np.random.default_rng(params.seed))[:3]
+    wrench, clock = capture_wrenches(record, poses, sensor, params.probe, options, up=up)
     frames = _loading_frames(poses, np.linalg.norm(wrench[FORCE], axis=1), params.onset_force_n)
     frames["clock_offset_s"], frames["clock_offset_std_s"] = clock.offset_s, clock.std_s
     known = zeroed(record, params.probe, options.bias_window_s, poses["time_s"].iloc[0])
@@ -143,8 +139,9 @@ def _loading_frames(poses: pd.DataFrame, force_n: NDArray, onset_force_n: float)
     return frames.assign(displacement_m=depth_m - depth_m[onset])
 
 
-def _table_normal(folder: str, sensor: Mapping, params: Any) -> NDArray:
-    """Upward direction, from the table in the first frame."""
+def _table_plane(
+    folder: str | Path, sensor: Mapping, params: Any, rng: np.random.Generator
+) -> NDArray:
+    """Plane (4,) of the table in the first frame, its normal upward."""
     points = scene_points(next(all_streams(folder, sensor)), sensor)
-    rng = np.random.default_rng(params.seed)
-    return fit_support_plane(points, rng=rng, inlier_distance_m=params.inlier_distance_m)[:3]
+    return fit_support_plane(points, rng=rng, inlier_distance_m=params.inlier_distance_m)

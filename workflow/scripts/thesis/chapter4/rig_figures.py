@@ -23,8 +23,8 @@ from thesis.diagrams import (
     Sketch,
     blank,
     dimension,
+    labelled,
     leader,
-    provenances,
     scale_bar,
     write,
 )
@@ -325,5 +325,4 @@ def figure_4_12(inputs: Any, params: Any) -> Figure:
     near.name(places["tip"], f"tip,\nradius {radius:.2f} mm", (1, 0), 44, weight="bold")
     scale_bar(whole.axes, 100, "100 mm, parallel to the page", loc="lower right")
     scale_bar(near.axes, 50, "50 mm, parallel to the page", loc="lower left")
-    style.label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)

@@ -26,14 +26,11 @@ from palpate.vision.pose import (
 )
 from palpate.vision.probe import board_poses, marker_from_tip
 
-from thesis import published
-
 # Section 4.2.3: 0.05 to 0.6 pixels in steps of 0.05.
 THRESHOLDS_PX = tuple(round(0.05 * k, 2) for k in range(1, 13))
 AXES = ("x", "y", "z")
 # Columns of the grid's file that name a point.
 PLACE = ("point", "row", "column", "x_m", "y_m")
-TITLE = "Table 4.2: mean standard deviation of the resting tip over the workspace (cm)"
 
 
 def by_sensor(names: Sequence[str], paths: Sequence[str], read: Callable = pd.read_csv) -> dict:
@@ -149,15 +146,14 @@ def threshold_rows(
     return rows
 
 
-def make_table_4_2(inputs: Any, params: Any) -> dict:
+def make_table_4_2(inputs: Any, params: Any) -> pd.DataFrame:
     """Table 4.2, with the threshold of each sensor's file."""
     used_px = {
         name: params.sensors[name]["marker"]["reprojection_threshold_px"] for name in params.names
     }
     found = by_sensor(params.names, inputs.tables)
     table = table_4_2(found, used_px, pd.read_csv(inputs.published))
-    table["provenance"] = table["sensor"].map(params.provenance)
-    return published.table(table, title=TITLE)
+    return table.assign(provenance=table["sensor"].map(params.provenance))
 
 
 def table_4_2(

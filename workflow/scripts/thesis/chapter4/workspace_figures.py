@@ -29,6 +29,9 @@ PLACE_LOOKS = {"bumblebee": {"marker": "o", "ms": 7}, "kinect": {"marker": "+", 
 OTHER = {"color": style.BLACK, "marker": "^"}
 # Where the study's own choice of threshold lies [px] (Section 4.2.3).
 STUDY_PX = {"bumblebee": 0.25, "kinect": 0.45}
+CORNERS_LOOK = {"label": "as the study", "marker": "o", "color": style.BLUE, "ms": 3.6}
+REFINED_LOOK = {"label": "refined on the picture", "marker": "D", "color": style.ORANGE}
+REFINED_LOOK |= {"ms": 3.4, "mfc": "none"}
 THRESHOLD = "Reprojection threshold (px)"
 FACTORS = {"std_angle_rad": float(np.degrees(1))}
 
@@ -101,17 +104,10 @@ def figure_4_19(inputs: Any, params: Any) -> Figure:
     for row, (name, table) in zip(axes, sorted(tables.items()), strict=True):
         at = (table["method"] == CORNERS) & (table["threshold_px"] == select_threshold(table))
         for panel, axis in zip(row, AXES, strict=True):
-            for rows, label, look in (
-                (table[at], "as the study", {"marker": "o", "color": style.BLUE, "ms": 3.6}),
-                (
-                    table[table["method"] == REFINED],
-                    "refined on the picture",
-                    {"marker": "D", "color": style.ORANGE, "ms": 3.4, "mfc": "none"},
-                ),
-            ):
-                distance = np.linalg.norm(_places(rows), axis=1) * CENTIMETRES
-                values = rows[f"std_{axis}_m"] * MILLIMETRES
-                panel.plot(distance, values, ls="", label=label, clip_on=False, **look)
+            for chosen, look in ((at, CORNERS_LOOK), (table["method"] == REFINED, REFINED_LOOK)):
+                distance = np.linalg.norm(_places(table[chosen]), axis=1) * CENTIMETRES
+                values = table[chosen][f"std_{axis}_m"] * MILLIMETRES
+                panel.plot(distance, values, ls="", clip_on=False, **look)
             named(panel, next(letters), f"{style.sensor_name(name)}, ${axis}$")
             panel.set_ylim(bottom=0)
         row[0].set_ylabel("Standard deviation (mm)")

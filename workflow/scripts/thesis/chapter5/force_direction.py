@@ -9,14 +9,14 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.json_fields import read_all
 from palpate.report.panels import Surface, named
-from palpate.report.style import SMALL, label_provenance, sensor_name
+from palpate.report.style import SMALL, sensor_name
 from palpate.solid.load import contact_triangle, outward_normal
 from palpate.surface.tracked import Recorded, Tracked, load_tracked
 from palpate.units import MILLIMETRES
 from scipy.spatial.transform import Rotation
 
 from thesis.chapter5.tracking_inputs import recordings_of
-from thesis.diagrams import provenances
+from thesis.diagrams import labelled
 from thesis.minimise.objective import Objective, Problem
 from thesis.minimise.options import Load, Solid
 from thesis.minimise.problem import pose_problem
@@ -116,5 +116,4 @@ def figure_5_12(inputs: Any, params: Any) -> Figure:
     note = f"{sensor_name(params.captures[0]['sensor'])}; force {size:.1f} N,"
     note += f" E {STUDY_E_PA / 1e3:.0f} kPa and nu {STUDY_NU:.2f} of the study;"
     figure.text(0.02, 0.02, f"{note} deformation as computed", fontsize=SMALL)
-    label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)

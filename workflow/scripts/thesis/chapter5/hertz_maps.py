@@ -21,7 +21,7 @@ from palpate.vision.camera import camera_from_spec, with_calibration
 from palpate.yaml_files import load_yaml
 
 from thesis.chapter5.hertz_points import ROWS_OF_BLOCK, correlation, hertz_table, table_5_2
-from thesis.diagrams import HALO, provenances
+from thesis.diagrams import HALO, labelled, provenances
 
 MAP = "cividis"
 MARGIN = 0.12
@@ -73,8 +73,7 @@ def figure_5_4(inputs: Any, params: Any) -> Figure:
         panel.set_xlabel("Column")
     figure.colorbar(image, ax=axes, label="E* (kPa)", shrink=0.8, aspect=30)
     figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))
-    style.label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)
 
 
 def modulus_map(table: pd.DataFrame, column: str) -> NDArray:

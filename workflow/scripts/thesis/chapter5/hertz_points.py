@@ -6,10 +6,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from palpate.json_fields import read_all
-from palpate.report import tables
+from palpate.report import outputs, tables
 from palpate.report.tables import CAPTURE
-
-from thesis import published
 
 ROWS_OF_BLOCK = 3
 # Table 5.1 is of one sensor and point.
@@ -21,19 +19,16 @@ MODULI = [
 ]
 SPREAD = {"mean": lambda x: x.mean(), "standard deviation (n-1)": lambda x: x.std(ddof=1)}
 FEWEST_FOR_CORRELATION = 3
-REPEATED_TITLE = "Table 5.1: reduced modulus E* of repeated indentations (Pa)"
-POINTS_TITLE = "Table 5.2: reduced modulus E* from the Hertz fit (Pa)"
 HOMOGENEOUS_NOTE = (
     "The virtual lab's block is homogeneous, and its edges make it at most 1 to 2 % softer: the"
     " published pattern of stiff centre and soft border cannot come from simulated captures."
 )
 
 
-def make_table_5_1(inputs: Any, params: Any) -> dict:
+def make_table_5_1(inputs: Any, params: Any) -> pd.DataFrame:
     """Reduced modulus of repeated indentations of one point."""
     hertz = hertz_table(params.captures, read_all(inputs.fits))
-    table = table_5_1(hertz, pd.read_csv(inputs.published))
-    return published.table(tables.rounded(table), title=REPEATED_TITLE)
+    return tables.rounded(table_5_1(hertz, pd.read_csv(inputs.published)))
 
 
 def make_table_5_2(inputs: Any, params: Any) -> dict:
@@ -42,7 +37,7 @@ def make_table_5_2(inputs: Any, params: Any) -> dict:
     table = table_5_2(hertz, pd.read_csv(inputs.published), block=params.block)
     table = tables.rounded(table)
     pattern = pattern_correlation(table)
-    both = published.table(table, title=POINTS_TITLE, more_notes=_notes(table, pattern))
+    both = outputs.table(table, more_notes=_notes(table, pattern), **params.table)
     return both | {"pattern": pattern}
 
 

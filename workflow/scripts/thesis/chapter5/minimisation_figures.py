@@ -15,7 +15,7 @@ from palpate.report.panels import named
 from palpate.report.tables import bound_mark
 from palpate.units import KILOPASCALS, MILLIMETRES, PERCENT
 
-from thesis.diagrams import provenances
+from thesis.diagrams import labelled, provenances
 
 COLOURS = {"bumblebee": style.BLUE, "kinect": style.ORANGE}
 # Curves end where their error is this much above the least: the rest says nothing more.
@@ -46,8 +46,7 @@ def minimisation(inputs: Any, params: Any) -> Figure:
     figure.text(
         0.01, 0.008, f"error of {style.ERROR_NAMES[params.error]}", fontsize=7.5, va="bottom"
     )
-    style.label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)
 
 
 def _trace_panels(column: Sequence[Axes], trace: Sequence[Mapping]) -> None:

@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 from palpate.report.panels import named
-from palpate.report.style import BLACK, ORANGE, PAGE_IN, SMALL, label_provenance, sensor_name
+from palpate.report.style import BLACK, ORANGE, PAGE_IN, SMALL, sensor_name
 from palpate.report.surface_figures import ZOOM_M
 from palpate.solid.mesh import read_solid
 from palpate.surface.tracked import load_tracked
 from palpate.units import MILLIMETRES
 
-from thesis.diagrams import HALO, provenances
+from thesis.diagrams import HALO, labelled
 from thesis.panels import coloured, displacement_bar, panels, scale_bar, surface_panel
 from thesis.views import View, view_from
 
@@ -57,8 +57,7 @@ def figure_5_10(inputs: Any, params: Any) -> Figure:
         row[1].set_title("at the contact")
         figure.colorbar(image, ax=row[1], label="Mismatch (mm)", shrink=0.85)
     figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))
-    label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)
 
 
 def mismatch_views(inputs: Any, params: Any) -> Figure:
@@ -83,8 +82,7 @@ def mismatch_views(inputs: Any, params: Any) -> Figure:
         _numbers(row[1], one.mismatch_m[np.unique(one.triangles)] * MILLIMETRES)
     displacement_bar(figure, axes, top, label="Mismatch (mm)")
     figure.text(0.02, 0.012, "cross: contact", fontsize=SMALL)
-    label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)
 
 
 def _read_mismatches(inputs: Any) -> list[Mismatch]:

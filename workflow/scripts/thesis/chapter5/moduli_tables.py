@@ -9,21 +9,18 @@ from palpate.modulus import Modulus
 from palpate.report import tables
 from palpate.report.estimate_rows import row
 
-from thesis import published
-
 E, NU, STAR = TRUE = ["youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa"]
 VALUES = [*TRUE, "hertz_reduced_modulus_pa"]
 VERDICT = ["poisson_ratio_low", "poisson_ratio_high", "poisson_ratio_verdict"]
 
 
-def make_moduli_table(inputs: Any, params: Any) -> dict:
+def make_moduli_table(inputs: Any, params: Any) -> pd.DataFrame:
     """Moduli of an object from its minima, the true material and the published table."""
     minima = minima_by_key(params.captures, params.errors, inputs.results)
     ours = pd.DataFrame(minimum_rows(params.captures, minima))
     material = read_one(inputs.material)
     printed = pd.read_csv(inputs.published)
-    found = moduli_table(ours, printed, name=params.name, material=material)
-    return published.table(tables.rounded(found), title=params.heading)
+    return tables.rounded(moduli_table(ours, printed, name=params.name, material=material))
 
 
 def moduli_table(

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.report.panels import named
-from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, label_provenance
+from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL
 from palpate.surface.alignment import resting_prior
 from palpate.surface.options import Aligning
 from palpate.surface.pose import (
@@ -27,7 +27,7 @@ from palpate.yaml_files import load_yaml
 from scipy.spatial import cKDTree
 
 from thesis.chapter5.tracking_inputs import last_frames, recordings_of
-from thesis.diagrams import provenances
+from thesis.diagrams import labelled
 from thesis.panels import cloud_panel, panels, scale_bar
 from thesis.tracker.capture import undeformed_points
 from thesis.views import View
@@ -191,8 +191,7 @@ def figure_5_6(inputs: Any, params: Any) -> Figure:
     named(chart, "abcdef"[rows], "slide")
     dr_mm = options.largest_distance_m * MILLIMETRES
     figure.text(0.02, 0.012, NOTE.format(dr_mm=dr_mm), fontsize=SMALL)
-    label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)
 
 
 def _resting(inputs: Any, recorded: Recorded, point: str) -> RestingPrior:

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.report.panels import Surface, named, photo_panel
-from palpate.report.style import BLUE, GREEN, GREY, ORANGE, SMALL, label_provenance, sensor_name
+from palpate.report.style import BLUE, GREEN, GREY, ORANGE, SMALL, sensor_name
 from palpate.report.surface_figures import TrackedView, section_panel
 from palpate.surface.alignment import load_alignment
 from palpate.surface.pose import to_object
@@ -18,7 +18,7 @@ from thesis.chapter5.tracking_inputs import (
     recordings_of,
     surface_of,
 )
-from thesis.diagrams import provenances
+from thesis.diagrams import labelled
 from thesis.panels import (
     cloud_panel,
     coloured,
@@ -75,8 +75,7 @@ def figure_5_5(inputs: Any, params: Any) -> Figure:
     entries = ("captured", GREY), ("undeformed", ORANGE), ("under the indenter", GREEN)
     legend(figure, entries, 0.016)
     displacement_bar(figure, axes[2:, -1], top)
-    label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)
 
 
 def figure_5_7(inputs: Any, params: Any) -> Figure:
@@ -104,8 +103,7 @@ def figure_5_7(inputs: Any, params: Any) -> Figure:
     displacement_bar(figure, axes[:, 1], top, place=(0.06, 0.115, 0.5, 0.018))
     text = f"{sensor_name(capture['sensor'])}, point {capture['point']}"
     figure.text(0.02, 0.012, text, fontsize=SMALL)
-    label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)
 
 
 def figure_5_11(inputs: Any, params: Any) -> Figure:
@@ -130,8 +128,7 @@ def figure_5_11(inputs: Any, params: Any) -> Figure:
             scale_bar(panel, 20, frame)
     entries = ("captured", BLUE), ("turned copies", GREY), ("support's vertices", ORANGE)
     legend(figure, entries, 0.05)
-    label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)
 
 
 def figure_5_13(inputs: Any, params: Any) -> Figure:
@@ -156,8 +153,7 @@ def figure_5_13(inputs: Any, params: Any) -> Figure:
             scale_bar(panel, 20, frame)
     displacement_bar(figure, axes, top)
     figure.text(0.02, 0.012, "dashed: outline of the undeformed ball", fontsize=SMALL)
-    label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)
 
 
 def figure_5_16(inputs: Any, params: Any) -> Figure:
@@ -182,8 +178,7 @@ def figure_5_16(inputs: Any, params: Any) -> Figure:
     for panel in axes.ravel()[1:]:
         scale_bar(panel, 20, frame)
     displacement_bar(figure, axes[1:], top)
-    label_provenance(figure, provenances(params))
-    return figure
+    return labelled(figure, params)
 
 
 def _with_cloud(surface: Surface, cloud_m: NDArray) -> TrackedView:

@@ -11,22 +11,12 @@ from palpate.report import outputs
 from palpate.solid.mesh import read_solid
 from palpate.vision.pose import CORNERS, select_threshold
 
-from thesis import published
 from thesis.chapter5.tracking_inputs import last_frames, surface_of
 from thesis.findings import comparison, printed
 from thesis.findings import statements as findings
 
 # Columns of names, which stay words.
 NAMES = {"capture": str, "point": str, "attempt": str}
-COMPARISON = "Every printed number of the study beside ours"
-COMPARISON_NOTES = (
-    "published is the study's printed value, ratio is ours over it. What the study prints"
-    " without naming a sensor or point stands beside each of ours. true is what the virtual lab"
-    " was given; instantaneous moduli.",
-    "Ours of selected_threshold comes of the rule of selection: deviations fall with the threshold"
-    " and flatten without a clear minimum, and the smallest within 2 % of the least is taken.",
-)
-FINDINGS = "Findings of the study, held against its printed numbers and ours"
 FINDINGS_NOTES = (
     "p values are one-sided, and not corrected for the number of findings, which are"
     f" {len(findings.FINDINGS)}: about one test in twenty would come out by chance alone.",
@@ -34,7 +24,7 @@ FINDINGS_NOTES = (
 )
 
 
-def make_comparison(inputs: Any, params: Any) -> dict:
+def make_comparison(inputs: Any, params: Any) -> pd.DataFrame:
     """The comparison, one row a printed number."""
     linear = read_one(inputs.linear)
     counts = [len(read_solid(path).nodes_m) for path in inputs.solids]
@@ -45,8 +35,7 @@ def make_comparison(inputs: Any, params: Any) -> dict:
         residual_n=linear["estimates"][0]["residual_n"] if linear else None,
     )
     numbers = printed.published_numbers(tables_of(inputs.published))
-    table = comparison.comparison(numbers, ours, truths(inputs, params))
-    return outputs.table(table, title=COMPARISON, more_notes=COMPARISON_NOTES)
+    return comparison.comparison(numbers, ours, truths(inputs, params))
 
 
 def truths(inputs: Any, params: Any) -> dict[tuple[str, str], float]:
@@ -86,7 +75,7 @@ def make_findings(inputs: Any, params: Any) -> dict:
         ours["workspace"]["published_px"] = ours["workspace"]["sensor"].map(thresholds)
     numbers = findings.published_tables(printed_tables)
     table = findings.findings(numbers, ours, provenance=provenance)
-    return published.table(table, title=FINDINGS, more_notes=FINDINGS_NOTES)
+    return outputs.table(table, more_notes=FINDINGS_NOTES, **params.table)
 
 
 def our_tables(inputs: Any, params: Any) -> dict[str, pd.DataFrame | None]:
