@@ -1,7 +1,5 @@
 """Numbers behind the explanatory figures: those of the equations and of the instruments."""
 
-from itertools import pairwise
-
 import numpy as np
 import open3d as o3d
 import pandas as pd
@@ -24,17 +22,6 @@ def test_moves_of_a_known_triangle():
     wanted = {"m": (1, 0), "r": (1, -2), "e": (1, -4), "c1": (1, 1), "c2": (1, -1)}
     for name, place in (wanted | {"s_g": (1, 0), "s_w": (0.5, 1)}).items():
         assert found[name] == pytest.approx(place)
-
-
-def test_no_step_of_the_simplex_gets_worse():
-    def cost(x):
-        return float((x[0] - 3) ** 2 + 2 * (x[1] - 2) ** 2 + (x[0] - 3) * (x[1] - 2))
-
-    path = simplex.simplexes(cost, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), 12)
-    for before, after in pairwise(path):
-        values = [cost(x) for x in before]
-        assert values == sorted(values)
-        assert min(cost(x) for x in after) <= values[0]
 
 
 def test_chain_ends_at_the_tip(probe):
@@ -75,6 +62,8 @@ def test_disparity_of_the_drawn_point_gives_its_depth(sensors, depth_m):
     pixel, point = pinhole_figure.shown_point(camera, depth_m)
     assert camera.project(point)[0] == pytest.approx(pixel, abs=1e-6)
     assert point[2] == pytest.approx(depth_m)
+    with pytest.raises(ValueError, match=r"depth_m: expected a positive length, found -\d"):
+        triangulation.triangle(spec["color"], 0.1, -depth_m)
 
 
 def test_counts_and_depth_are_the_sensors_own(sensors):
@@ -83,13 +72,6 @@ def test_counts_and_depth_are_the_sensors_own(sensors):
     depth_m = depth_of(counts[None].astype(np.uint16), spec)[0]
     disparity = spec["fx_px"] * spec["baseline_m"] / depth_m
     assert triangulation.counts_of(spec, disparity) == pytest.approx(counts, rel=1e-5)
-
-
-def test_lengths_are_positive(sensors):
-    camera = sensors["kinect"]["color"]
-    for baseline_m, depth_m in ((0.0, 1.0), (0.1, -1.0)):
-        with pytest.raises(ValueError, match=r"_m: expected a positive length, found (0|-1)\.0 m"):
-            triangulation.triangle(camera, baseline_m, depth_m)
 
 
 def test_drawn_normal_is_that_of_the_pipeline_and_of_the_nearest_plane():

@@ -7,10 +7,9 @@ import pandas as pd
 import pytest
 from floor import floor
 from thesis.chapter3 import simulation_figures, simulation_tables
-from thesis.minimise.fit import fit_moduli
 from thesis.minimise.objective import Objective
 from thesis.minimise.options import Minimise
-from thesis.minimise.problem import pose_simulation, pressed_area_modulus
+from thesis.minimise.problem import pose_simulation
 from thesis.minimise.search import minimise_error
 from thesis.options import Simulation
 from thesis.tracker.simulation import (
@@ -90,15 +89,6 @@ def test_minimisation_on_tracked_data_does_better_than_the_study(steps):
     dense = track_steps(steps, options.tracking, cuts=options.cuts, corners=options.corners)
     assert simulation_tables.tracking_errors(steps, dense)["loaded_across_m"] > 5e-4
     assert abs(youngs_error(pose_simulation(steps, SUPPORT, tracked=dense))) < PUBLISHED_ERROR
-
-
-@pytest.mark.parametrize("option", ["displacement", "force_displacement"])
-def test_minimisation_on_exact_data_finds_the_moduli(steps, option):
-    problem = pose_simulation(steps, SUPPORT)
-    E_star = pressed_area_modulus(problem, steps.triangle)
-    found = fit_moduli(Objective(problem, option), E_star, Minimise()).minimum
-    assert found.lame_lambda_pa == pytest.approx(80685, rel=1e-4)
-    assert found.lame_mu_pa == pytest.approx(8965, rel=1e-4)
 
 
 def test_motion_along_the_normal_alone_is_not_enough(steps):

@@ -27,17 +27,6 @@ def test_picture_of_a_ball_covers_its_disc():
     assert picture[160, 160, 3] == 1
 
 
-def test_nearer_surface_hides_the_farther_one():
-    square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * 0.01
-    vertices = np.vstack([square, square + [0, 0, 0.005]])
-    faces = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
-    colours = np.repeat([[1.0, 0, 0], [0, 0, 1.0]], 4, axis=0)
-    frame = np.array([-8.0, 8, -8, 8])
-    picture = render_surface(vertices, faces, View(-90, 90), frame, width_px=20, colours=colours)
-    assert picture[..., 0].max() == 0
-    assert picture[..., 2].min() > 0.3
-
-
 def test_volume_and_displacement_of_a_squeezed_ball():
     mesh = trimesh.creation.icosphere(2, 0.06)
     moved = mesh.vertices * [1, 1, 0.9]
