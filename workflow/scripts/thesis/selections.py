@@ -361,10 +361,6 @@ class Selection(SensorSelection):
         each = [partial(pattern.format, **capture) for capture in self.captures]
         return [self.run.results(path(tracker=name)) for path in each for name in trackers]
 
-    def accuracy_drawn(self) -> bool:
-        """Whether the accuracy of trackers is drawn."""
-        return bool(self.simulated("tracked")) and self.draws_trackers()
-
     def scanned_by_lab(self) -> list[str]:
         """Objects whose scans the lab makes."""
         return sorted(set(self.run.lab_objects) & set(self.run.scanned))

@@ -24,7 +24,6 @@ from thesis.minimise.problem import pose_simulation, pressed_area_modulus
 from thesis.options import Simulation
 from thesis.tracker.simulation import SimulatedSteps, read_steps, track_steps
 
-NOISE_TITLE = "Simulated block: Lame parameters (Pa) from exact displacements with noise (m)"
 # Of a variant of the tracker's options.
 SHOWN = ("cuts", "corners", "data_term", "s_sm", "w_sm_stop")
 
@@ -137,5 +136,5 @@ def make_simulation_noise(inputs: Any, params: Any) -> dict:
                 for method, estimate in estimates.items()
             ]
     table = simulation_tables.noise_table(found, read_one(inputs.truth))
-    made = outputs.table(tables.rounded(table), title=NOISE_TITLE)
+    made = outputs.table(tables.rounded(table), **params.table)
     return made | {"figure": simulation_figures.noise_figure(table)}

@@ -84,13 +84,7 @@ def minimisation_trace(inputs: Any, params: Any) -> Figure:
 
 
 def noise_figure(table: pd.DataFrame) -> Figure:
-    """Lame parameters against noise of the displacements, by method, median and quartiles.
-
-    Parameters
-    ----------
-    table : DataFrame
-        Of `thesis.chapter3.simulation_tables.noise_table`.
-    """
+    """Lame parameters of `noise_table` against noise, by method, median and quartiles."""
     figure, axes = plt.subplots(1, 2, figsize=(PAGE_IN, HEIGHT_IN + 0.2))
     for panel, name, symbol in zip(axes, ("lame_lambda_pa", "lame_mu_pa"), "λμ", strict=True):
         for k, (method, rows) in enumerate(table.groupby("method", sort=True)):
@@ -160,13 +154,7 @@ def _show_later(axes: Axes) -> None:
         axes.text(0.97, 0.93, text, transform=axes.transAxes, ha="right", fontsize=6.8)
 
 
-def _titled(
-    figure: Figure,
-    axes: Sequence[Axes],
-    *,
-    misfit: str = "",
-    legend_in: float = 0.0,
-) -> Figure:
+def _titled(figure: Figure, axes: Sequence, *, misfit: str = "", legend_in: float = 0) -> Figure:
     titles = ("Lamé's first parameter", "Shear modulus", misfit)
     finished(figure, {"simulated"})
     for panel, title, letter in zip(axes, titles, "abc", strict=False):

@@ -29,14 +29,8 @@ SIDE = View(-62, 24)
 class PlaneFit:
     """Plane of a point's neighbours (Eq. 4.4-4.6).
 
-    Attributes
-    ----------
-    point_m, centre_m, normal : (3,) arrays
-        The vertex P, the mean of its neighbours and the plane's unit normal.
-    neighbours_m : (n, 3) array
-        P is one of them.
-    kept_normal : (3,) array
-        Normal of P as the pipeline keeps it.
+    P and the mean of its neighbours (3,), the plane's unit normal (3,), the neighbours (n, 3), of
+    which P is one, and the normal of P (3,) as the pipeline keeps it.
     """
 
     point_m: NDArray

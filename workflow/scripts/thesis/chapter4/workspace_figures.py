@@ -15,15 +15,13 @@ from palpate.vision.pose import CORNERS, REFINED, averages, select_threshold
 from thesis.chapter4.workspace import AXES, by_sensor
 from thesis.diagrams import DASHED, TEXT_PT, by_sensor_panels, legend_below, provenances
 
+COLOURS = (style.BLUE, style.GREEN, style.ORANGE)
 AXIS_LOOKS = {
-    "x": {"color": style.BLUE, "marker": "o"},
-    "y": {"color": style.GREEN, "marker": "s"},
-    "z": {"color": style.ORANGE, "marker": "^"},
+    name: {"color": colour, "marker": mark}
+    for name, colour, mark in zip("xyz", COLOURS, "os^", strict=True)
 }
-SENSOR_LOOKS = {
-    "bumblebee": {"color": style.BLUE, "marker": "o"},
-    "kinect": {"color": style.ORANGE, "marker": "s"},
-}
+SENSOR_LOOKS = {"bumblebee": {"color": style.BLUE, "marker": "o"}}
+SENSOR_LOOKS |= {"kinect": {"color": style.ORANGE, "marker": "s"}}
 # Sensors see the same places: a cross shows inside a ring.
 PLACE_LOOKS = {"bumblebee": {"marker": "o", "ms": 7}, "kinect": {"marker": "+", "ms": 6}}
 OTHER = {"color": style.BLACK, "marker": "^"}

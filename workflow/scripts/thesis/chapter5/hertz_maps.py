@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 from palpate.capture.images import Stream
-from palpate.json_fields import read_all, read_one
+from palpate.json_fields import read_all
 from palpate.report import style
 from palpate.surface.alignment import load_alignment
 from palpate.surface.pose import to_camera
 from palpate.surface.template import read_template
 from palpate.units import KILOPASCALS, MILLIMETRES
-from palpate.vision.camera import camera_from_spec, with_calibration
+from palpate.vision.camera import camera_from_spec, sensor_with_optics
 from palpate.yaml_files import load_yaml
 
 from thesis.chapter5.hertz_points import ROWS_OF_BLOCK, correlation, hertz_table, table_5_2
@@ -33,7 +33,7 @@ def figure_5_1(inputs: Any, params: Any) -> Figure:
     points = {name: np.array(p["position_m"], float) for name, p in declared["points"].items()}
     points = dict(sorted(points.items()))
     pose = load_alignment(inputs.alignment).camera_from_object
-    camera = camera_from_spec(_sensor(inputs, params)["color"])
+    camera = camera_from_spec(sensor_with_optics(params.sensor, inputs.optics)["color"])
     pixels = camera.project(to_camera(pose, np.array(list(points.values()))))
     vertices = read_template(inputs.template, unit=declared["template"]["unit"]).vertices_m[:, :2]
     outline = np.array([vertices.min(axis=0), vertices.max(axis=0)])
@@ -81,12 +81,6 @@ def modulus_map(table: pd.DataFrame, column: str) -> NDArray:
     found = np.full((ROWS_OF_BLOCK, int(table["column"].max())), np.nan)
     found[table["row"].to_numpy() - 1, table["column"].to_numpy() - 1] = table[column]
     return found
-
-
-def _sensor(inputs: Any, params: Any) -> Mapping:
-    """The sensor, with the optics of its own calibration where the rule gives one."""
-    calibration = read_one(inputs.optics)
-    return with_calibration(params.sensor, calibration) if calibration else params.sensor
 
 
 def _agreement(table: pd.DataFrame) -> str:

@@ -12,11 +12,8 @@ from palpate.report.tables import CAPTURE
 ROWS_OF_BLOCK = 3
 # Table 5.1 is of one sensor and point.
 PUBLISHED_ATTEMPTS = {"sensor": "kinect", "point": "11"}
-MODULI = [
-    "reduced_modulus_pa",
-    "free_contact_reduced_modulus_pa",
-    "recommended_reduced_modulus_pa",
-]
+KINDS = ("free_contact", "recommended")
+MODULI = ["reduced_modulus_pa", *(f"{kind}_reduced_modulus_pa" for kind in KINDS)]
 SPREAD = {"mean": lambda x: x.mean(), "standard deviation (n-1)": lambda x: x.std(ddof=1)}
 FEWEST_FOR_CORRELATION = 3
 HOMOGENEOUS_NOTE = (
@@ -61,7 +58,7 @@ def hertz_table(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> pd.Data
     for capture, fit in zip(captures, fits, strict=True):
         row = {name: capture[name] for name in CAPTURE}
         row["reduced_modulus_pa"] = fit["study"]["reduced_modulus_pa"]
-        for name in ("free_contact", "recommended"):
+        for name in KINDS:
             low, high = fit[name]["reduced_modulus_interval_pa"]
             row[f"{name}_reduced_modulus_pa"] = fit[name]["reduced_modulus_pa"]
             row |= {f"{name}_low_pa": low, f"{name}_high_pa": high}
@@ -129,11 +126,8 @@ def table_5_2(hertz: pd.DataFrame, published: pd.DataFrame, *, block: str) -> pd
     )
     merged = ours.merge(printed, on=["sensor", "point"], how="left")
     first = ["sensor", "point", "row", "column", "reduced_modulus_pa"]
-    middle = [
-        f"{name}_{end}"
-        for name in ("free_contact", "recommended")
-        for end in ("reduced_modulus_pa", "low_pa", "high_pa")
-    ]
+    ends = "reduced_modulus_pa", "low_pa", "high_pa"
+    middle = [f"{name}_{end}" for name in KINDS for end in ends]
     last = ["published_reduced_modulus_pa", "provenance"]
     return merged.sort_values(["sensor", "point"])[first + middle + last].reset_index(drop=True)
 

@@ -75,11 +75,16 @@ def mismatch_views(inputs: Any, params: Any) -> Figure:
         name = sensor_name(capture["sensor"])
         titles = (f"{name}: from the camera", "from behind")
         for panel, view, frame, title in zip(row, sides, framed, titles, strict=True):
-            _panel(panel, one, view, frame, top)
+            look = {"colours": coloured(one.mismatch_m * MILLIMETRES, top), "edges": True}
+            surface_panel(panel, one.nodes_m, one.triangles, view, frame, **look)
+            scale_bar(panel, 20, frame)
             named(panel, next(letters), title)
         cross = sides[0].project(one.contact_m[None])[0, :2]
         row[0].plot(*cross, "+", color=BLACK, ms=9, mew=1.3, zorder=6, path_effects=HALO)
-        _numbers(row[1], one.mismatch_m[np.unique(one.triangles)] * MILLIMETRES)
+        gaps = one.mismatch_m[np.unique(one.triangles)] * MILLIMETRES
+        text = f"median {np.median(gaps):.2f} mm, largest {gaps.max():.1f} mm"
+        look = {"xycoords": "axes fraction", "ha": "right", "va": "top", "fontsize": SMALL}
+        row[1].annotate(text, (1, 0), **look)
     displacement_bar(figure, axes, top, label="Mismatch (mm)")
     figure.text(0.02, 0.012, "cross: contact", fontsize=SMALL)
     return labelled(figure, params)
@@ -87,14 +92,12 @@ def mismatch_views(inputs: Any, params: Any) -> Figure:
 
 def _read_mismatches(inputs: Any) -> list[Mismatch]:
     """Mismatch of each capture."""
-    return [_read_mismatch(*pair) for pair in zip(inputs.mismatches, inputs.tracked, strict=True)]
-
-
-def _read_mismatch(mismatch: str, tracked: str) -> Mismatch:
-    solid = read_solid(mismatch)
-    values = meshio.read(mismatch).point_data["mismatch_m"]
-    contact = load_tracked(tracked).contact_point_m
-    return Mismatch(solid.nodes_m, solid.surface_triangles(), values, contact)
+    found = []
+    for path, tracked in zip(inputs.mismatches, inputs.tracked, strict=True):
+        solid, values = read_solid(path), meshio.read(path).point_data["mismatch_m"]
+        contact = load_tracked(tracked).contact_point_m
+        found.append(Mismatch(solid.nodes_m, solid.surface_triangles(), values, contact))
+    return found
 
 
 def _plan_panel(axes: Axes, view: Mismatch, limit: float, zoom_m: float | None):
@@ -133,14 +136,3 @@ def _height_in(frames: Sequence[Sequence[NDArray]]) -> float:
     """Height of the figure whose panels fit the objects' proportions."""
     shapes = [(frame[3] - frame[2]) / (frame[1] - frame[0]) for frame, _ in frames]
     return PAGE_IN * RIGHT / 2 * max(shapes) * 1.1 * len(frames) + ROOM_IN
-
-
-def _panel(axes: Axes, one: Mismatch, view: View, frame: NDArray, top_mm: float) -> None:
-    colours = coloured(one.mismatch_m * MILLIMETRES, top_mm)
-    surface_panel(axes, one.nodes_m, one.triangles, view, frame, colours=colours, edges=True)
-    scale_bar(axes, 20, frame)
-
-
-def _numbers(axes: Axes, mismatch_mm: NDArray) -> None:
-    text = f"median {np.median(mismatch_mm):.2f} mm, largest {mismatch_mm.max():.1f} mm"
-    axes.annotate(text, (1, 0), xycoords="axes fraction", ha="right", va="top", fontsize=SMALL)

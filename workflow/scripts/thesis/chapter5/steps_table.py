@@ -23,31 +23,21 @@ INDENTED_S = 1.0
 FOUND = ["youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa"]
 RATIOS = ["youngs_modulus_ratio", "relaxed_modulus_ratio", "poisson_ratio_error"]
 SPREAD = 0.16
-HEIGHT_IN = 5.4
 RATIO_TICKS = (0.5, 0.8, 1.0, 1.25, 2.0, 4.0)
 ROWS = {
     "relaxed_modulus_ratio": "E over the truth\na second after a step",
     "poisson_ratio": "Poisson's ratio",
 }
-TITLE = "The study's error minimisation, one change after the other"
-NOTES = (
-    "Medians over the captures of an object. The force is that of a material that relaxes while it"
-    " is pressed: youngs_modulus_ratio is E over the instantaneous truth, relaxed_modulus_ratio"
-    " over that a second after a step of strain."
-    " The surfaces of the elastic tracker carry its own Poisson's ratio, tracking.trackers of"
-    " config/thesis.yaml, the block's own: nu found on them is mostly that prior, as the ear shows,"
-    " and is not judged.",
-)
 
 
 def make_minimise_steps_table(inputs: Any, params: Any) -> dict:
     """All rows as CSV, their medians as Markdown, and the figure of one error option."""
     results, truth = read_all(inputs.results), read_by_folder(inputs.materials)
     whole = steps_table(params.captures, results, truth)
-    short, notes = tables.rounded(steps_summary(whole)), [*NOTES, tables.SIMULATED_NOTE]
+    short, notes = tables.rounded(steps_summary(whole)), [params.note, tables.SIMULATED_NOTE]
     return {
         "csv": tables.rounded(whole),
-        "md": tables.to_markdown(short, title=TITLE, notes=notes),
+        "md": tables.to_markdown(short, title=params.heading, notes=notes),
         "figure": steps_figure(whole, params.shown),
     }
 
@@ -132,11 +122,8 @@ def steps_summary(table: pd.DataFrame) -> pd.DataFrame:
 
 def _named(changes: Mapping) -> str:
     """Changed options in one cell."""
-    cells = [
-        f"{name}={value if isinstance(value, str) else json.dumps(value)}"
-        for name, value in changes.items()
-    ]
-    return "; ".join(cells) or "none"
+    words = {name: v if isinstance(v, str) else json.dumps(v) for name, v in changes.items()}
+    return "; ".join(f"{name}={word}" for name, word in words.items()) or "none"
 
 
 def _against(step: Mapping, material: Mapping) -> dict:
@@ -154,7 +141,7 @@ def _against(step: Mapping, material: Mapping) -> dict:
 def steps_figure(table: pd.DataFrame, error: str) -> Figure:
     """E over the truth and nu of each capture, by object and step, with one error option."""
     shown = table[table["error"] == error]
-    names, size = list(dict.fromkeys(shown["object"])), (style.PAGE_IN, HEIGHT_IN)
+    names, size = list(dict.fromkeys(shown["object"])), (style.PAGE_IN, 5.4)
     shared = {"sharex": True, "sharey": "row", "squeeze": False}
     figure, axes = plt.subplots(2, len(names), figsize=size, **shared)
     for k, name in enumerate(names):
@@ -178,26 +165,23 @@ def _draw(panel: Axes, rows: pd.DataFrame, column: str) -> None:
     """Each capture's steps joined, those that stand alone beside them, and the truth."""
     steps = list(dict.fromkeys(rows["step"]))
     keys = list(dict.fromkeys(zip(rows["sensor"], rows["capture"], strict=True)))
-    for shift, (sensor, capture) in zip(_spread(len(keys)), keys, strict=True):
+    shifts = np.linspace(-SPREAD, SPREAD, len(keys)) if len(keys) > 1 else [0.0]
+    for shift, (sensor, capture) in zip(shifts, keys, strict=True):
         mine = rows[(rows["sensor"] == sensor) & (rows["capture"] == capture)]
         look = {"color": COLOURS.get(sensor, style.GREY), "ms": 3.5, "lw": 0.7, "clip_on": False}
-        for part, kind in _parts(mine):
-            place = np.array([steps.index(step) for step in part["step"]]) + shift
-            panel.plot(place, part[column], **kind, **look)
+        kinds = mine["kind"]
+        # Added in turn, each alone, and on the true surface.
+        for chosen, line in (
+            (~kinds.isin([ALONE, TRUE]), {"marker": "o", "ls": "-"}),
+            (kinds == ALONE, {"marker": "x", "ls": ""}),
+            (kinds == TRUE, {"marker": "o", "ls": ":", "mfc": "white"}),
+        ):
+            place = np.array([steps.index(step) for step in mine[chosen]["step"]]) + shift
+            panel.plot(place, mine[chosen][column], **line, **look)
     true = 1.0 if column != "poisson_ratio" else rows["true_poisson_ratio"].iloc[0]
     panel.axhline(true, color=style.BLACK, lw=0.8, ls=DASHED)
     labels = [step.replace("_", " ") for step in steps]
     panel.set_xticks(range(len(steps)), labels, rotation=55, ha="right", fontsize=style.SMALL)
-
-
-def _parts(rows: pd.DataFrame) -> list[tuple[pd.DataFrame, dict]]:
-    """Steps added in turn, each alone, and those on the true surface, with how they look."""
-    kinds = rows["kind"]
-    return [
-        (rows[~kinds.isin([ALONE, TRUE])], {"marker": "o", "ls": "-"}),
-        (rows[kinds == ALONE], {"marker": "x", "ls": ""}),
-        (rows[kinds == TRUE], {"marker": "o", "ls": ":", "mfc": "white"}),
-    ]
 
 
 def _ratio_axis(panel: Axes) -> None:
@@ -209,10 +193,6 @@ def _ratio_axis(panel: Axes) -> None:
     panel.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
     panel.minorticks_off()
     panel.set_ylim(low, high)
-
-
-def _spread(count: int) -> np.ndarray:
-    return np.linspace(-SPREAD, SPREAD, count) if count > 1 else np.zeros(1)
 
 
 def _explain(figure: Figure, rows: pd.DataFrame, error: str) -> None:

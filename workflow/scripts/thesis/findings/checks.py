@@ -236,15 +236,11 @@ def noisier_clouds(clouds: pd.DataFrame) -> Outcome:
 def deepest_axis_worst(tip: pd.DataFrame) -> Outcome:
     """Scatter of the resting tip along the camera's axis against the other two."""
 
-    def deepest(std: pd.Series) -> bool:
-        return std["z"] > max(std["x"], std["y"])
+    def test(mine: pd.DataFrame) -> Outcome:
+        std = mine.set_index("axis")["std_cm"]
+        return _compared(std, lambda s: s["z"] > max(s["x"], s["y"]), "{} {:.4f} cm", "xyz")
 
-    return _each_sensor(
-        tip,
-        lambda one: _compared(
-            one.set_index("axis")["std_cm"], deepest, "{} {:.4f} cm", needed="xyz"
-        ),
-    )
+    return _each_sensor(tip, test)
 
 
 def grows_with_distance(workspace: pd.DataFrame) -> Outcome:

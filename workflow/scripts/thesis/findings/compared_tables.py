@@ -17,6 +17,9 @@ from thesis.findings import statements as findings
 
 # Columns of names, which stay words.
 NAMES = {"capture": str, "point": str, "attempt": str}
+# Of the findings' tables, those that are a table of the run as it is.
+SOURCES = {"points": "table_5_2", "tip": "table_4_2", "simulation": "simulation"}
+SOURCES |= {"noise": "simulation_noise", "case": "cd_case"}
 FINDINGS_NOTES = (
     "p values are one-sided, and not corrected for the number of findings, which are"
     f" {len(findings.FINDINGS)}: about one test in twenty would come out by chance alone.",
@@ -82,14 +85,7 @@ def our_tables(inputs: Any, params: Any) -> dict[str, pd.DataFrame | None]:
     """Our tables by the names that the findings need."""
     known = tables_of(inputs.tables)
     ours = {"estimates": comparison.estimates(known["summary"])}
-    for name, source in (
-        ("points", "table_5_2"),
-        ("tip", "table_4_2"),
-        ("simulation", "simulation"),
-        ("noise", "simulation_noise"),
-        ("case", "cd_case"),
-    ):
-        ours[name] = known.get(source)
+    ours |= {name: known.get(source) for name, source in SOURCES.items()}
     if "table_5_1" in known:
         attempts = known["table_5_1"]["attempt"].str.isdigit()
         ours["repeats"] = known["table_5_1"][attempts]

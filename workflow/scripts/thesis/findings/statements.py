@@ -1,8 +1,8 @@
 """The study's findings as statements that its numbers and ours are held against."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import yaml
@@ -30,39 +30,12 @@ WORDS = {
     "steadier": checks.STEADIER,
     "shrunk": PERCENT * checks.SHRUNK,
 }
-
-
-@dataclass(frozen=True)
-class Finding:
-    """A statement of the study and the computation that decides it.
-
-    Attributes
-    ----------
-    finding, where, rule : str
-        What it says, its section, and the rule of decision.
-    needs : str
-        Name of the table that the check takes.
-    check : str
-        As of `checks.check_of`.
-    remark : str
-        What a reader must know of simulated captures.
-    excluded : str
-        Why simulated captures cannot bear it out, whatever they give.
-    """
-
-    finding: str
-    where: str
-    rule: str
-    needs: str
-    check: str
-    remark: str = ""
-    excluded: str = ""
-
-
+NOT_SAID = {"remark": "", "excluded": ""}
 TABLE = Path(__file__).with_name("findings.yaml")
 _ENTRIES = yaml.load(TABLE.read_text(encoding="utf-8"), yaml.CSafeLoader)
 FINDINGS = tuple(
-    Finding(**{key: text.format(**WORDS) for key, text in entry.items()}) for entry in _ENTRIES
+    SimpleNamespace(**NOT_SAID | {name: text.format(**WORDS) for name, text in one.items()})
+    for one in _ENTRIES
 )
 
 
@@ -126,7 +99,7 @@ def _printed_traces(text: pd.DataFrame) -> pd.DataFrame:
 
 
 def _ours(
-    one: Finding, mine: Outcome, ours: Mapping[str, pd.DataFrame], provenance: str
+    one: SimpleNamespace, mine: Outcome, ours: Mapping[str, pd.DataFrame], provenance: str
 ) -> tuple[str, str]:
     """Verdict of ours, and what must be known of it."""
     simulated = provenance == "simulated" and mine.evidence != NOT_HERE
@@ -138,7 +111,7 @@ def _ours(
     return verdict, "; ".join(filter(None, said))
 
 
-def _outcome(one: Finding, tables: Mapping[str, pd.DataFrame], otherwise: str) -> Outcome:
+def _outcome(one: SimpleNamespace, tables: Mapping[str, pd.DataFrame], otherwise: str) -> Outcome:
     table = tables.get(one.needs)
     if table is None or table.empty:
         return Outcome(otherwise, None)

@@ -91,7 +91,9 @@ def rank_test(larger: ArrayLike, smaller: ArrayLike, *, least_ratio: float) -> O
         smaller than ``least_ratio`` times the second, that is, excludes so large a difference.
     """
     one, other = np.asarray(larger, dtype=float), np.asarray(smaller, dtype=float)
-    if min(len(one), len(other)) == 0 or _least_p(len(one), len(other)) >= LEVEL:
+    # The least p that so many values can give.
+    least_p = 1 / comb(len(one) + len(other), len(one))
+    if min(len(one), len(other)) == 0 or least_p >= LEVEL:
         return Outcome(f"only {len(one)} and {len(other)} values", None)
     p = float(stats.mannwhitneyu(one, other, alternative="greater").pvalue)
     less = float(stats.mannwhitneyu(one, least_ratio * other, alternative="less").pvalue)
@@ -125,11 +127,6 @@ def every(outcomes: Sequence[tuple[str, Outcome]]) -> Outcome:
 def _either(p: float, opposite: float) -> bool | None:
     """True or False where the statement or its opposite has p below `LEVEL`."""
     return True if p < LEVEL else False if opposite < LEVEL else None
-
-
-def _least_p(n: int, m: int) -> float:
-    """Least p that the Mann-Whitney test of so many values can give."""
-    return 1 / comb(n + m, n)
 
 
 def _median(values: np.ndarray) -> str:
