@@ -112,13 +112,9 @@ def _check_table(measured: Measurement, table: IndentationModel) -> None:
 
 
 def _indentation(measured: Measurement, table: IndentationModel, options: Fit) -> DirectIndentation:
-    clock = measured.clock
+    capture, offset_s = measured.capture, measured.clock.offset_s
     probe_record = ProbeRecord.of(
-        measured.path,
-        measured.capture.probe,
-        measured.capture.sensor,
-        clock_offset_s=clock.offset_s,
-        clock_std_s=clock.prior_std_s,
+        measured.path, capture.probe, capture.sensor, clock_offset_s=offset_s
     )
     surface = SmoothSurface(measured.template.vertices_m, measured.template.faces)
     return direct_indentation(

@@ -124,7 +124,8 @@ def _force(truth: Mapping, results: Mapping) -> list[dict]:
 
 def _clock(truth: Mapping, clock: Mapping) -> list[dict]:
     """Offset of the force's clock as estimated and applied, and its stated deviation."""
-    true = float(truth["clock_offset_s"]) * MILLISECONDS
+    poses_s = float(truth["pose_clock_offset_s"]) if "pose_clock_offset_s" in truth else 0.0
+    true = (float(truth["clock_offset_s"]) - poses_s) * MILLISECONDS
     return [
         quantity("clock_offset", clock["offset_s"] * MILLISECONDS, "ms", true),
         quantity("clock_offset_stated_std", clock["std_s"] * MILLISECONDS, "ms"),

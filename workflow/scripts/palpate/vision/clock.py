@@ -1,5 +1,6 @@
 """Offset between the clocks of force sensor and camera, from the indentation itself."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -55,6 +56,11 @@ PRESSED_DEVIATIONS, FEWEST_PRESSED = 3, 4
 STATED = 10
 # Fits after each of which is known which frames are in contact, and the force's noise as a depth.
 SEARCH_ROUNDS = 5
+
+
+def stated_clock_std_s(sensor: Mapping) -> float:
+    """How well a sensor's clock is the force's by its file [s]."""
+    return sensor.get("clock_offset_std_s", USB_CLOCK_STD_S)
 
 
 @dataclass(frozen=True)

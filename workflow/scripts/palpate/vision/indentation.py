@@ -8,8 +8,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.poses import POSES, read_poses
+from palpate.config.sensor import said_of_base
 from palpate.units import FROM_MEDIAN, GRAVITY_M_S2
-from palpate.vision.clock import USB_CLOCK_STD_S, ClockOffset, clock_offset
+from palpate.vision.clock import ClockOffset, clock_offset, stated_clock_std_s
 from palpate.vision.force import FORCE, STRONGEST_N, WRENCH, ForceRecord, zeroed
 from palpate.vision.options import Force, ProbePose
 from palpate.vision.probe import (
@@ -70,6 +71,9 @@ def capture_path(
         path = _at_own_rate(Path(folder), record, poses, sensor, probe)
         step_s = float(path["time_s"].diff().median())
         options = options.changed(linear_window_s=min(step_s, options.linear_window_s))
+        # Force and poses are each stated against the camera's clock.
+        stds = [stated_clock_std_s(sensor), said_of_base(sensor, "clock_offset_std_s")]
+        sensor = dict(sensor) | {"clock_offset_std_s": float(np.hypot(*stds))}
     table, clock = capture_wrenches(record, path, sensor, probe, options, up=up)
     at_frames = table[path["frame"].notna().to_numpy()].reset_index(drop=True)
     return at_frames.assign(frame=range(len(poses))), path[PATH].join(table[FORCE]), clock
@@ -137,9 +141,8 @@ def capture_wrenches(
     """
     frames_s = poses["time_s"].to_numpy(float)
     known = zeroed(record, probe, options.bias_window_s, frames_s[0])
-    prior_std_s = sensor.get("clock_offset_std_s", USB_CLOCK_STD_S)
     along = *force_along(known, probe), frames_s, *depth_along(poses)
-    clock = clock_offset(*along, prior_std_s=prior_std_s)
+    clock = clock_offset(*along, prior_std_s=stated_clock_std_s(sensor))
     table = frame_wrenches(known, poses, probe, options, up=up, clock_offset_s=clock.offset_s)
     check_indentation(table, poses[AXIS].to_numpy(float), probe["indenter"]["radius_m"])
     return table, clock

@@ -68,7 +68,6 @@ def read_indentations(inputs, probe, sensor, options):
 def _probe_record(path, clock, probe, sensor):
     """Tip, force and clock of a capture."""
     table, clocks = read_table(path), json.loads(Path(clock).read_text(encoding="utf-8"))
-    times = {"clock_offset_s": clocks["offset_s"], "clock_std_s": clocks["prior_std_s"]}
     with naming(path):
         columns_of(table, [*QUATERNION, *MARKER])
-        return ProbeRecord.of(table, probe, sensor, **times)
+        return ProbeRecord.of(table, probe, sensor, clock_offset_s=clocks["offset_s"])

@@ -34,7 +34,7 @@ from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 from palpate.surface.sharp_edges import sharp_edge_distance
-from palpate.vision.clock import USB_CLOCK_STD_S
+from palpate.vision.clock import stated_clock_std_s
 from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP, from_pictures, marker_transforms
 
@@ -88,7 +88,6 @@ class ProbeRecord:
         sensor: Mapping,
         *,
         clock_offset_s: float,
-        clock_std_s: float,
     ) -> "ProbeRecord":
         """What path.csv and clock.json say, with the probe's file and the sensor's."""
         base = None if from_pictures(path) else sensor["base"]
@@ -99,7 +98,7 @@ class ProbeRecord:
             tip_std_m=float(np.nanmedian(path[ALONG_STD])),
             stiffness_n_m=probe.get("stiffness_n_m", np.inf),
             clock_offset_s=clock_offset_s,
-            clock_std_s=sensor.get("clock_offset_std_s", USB_CLOCK_STD_S) if base else clock_std_s,
+            clock_std_s=stated_clock_std_s(sensor),
             turns=marker_transforms(path)[:, :3, :3],
             uncertainty=ProbeUncertainty.of(probe, base),
             camera_clock_std_s=said_of_base(sensor, "clock_offset_std_s") if base else 0.0,
