@@ -5,11 +5,13 @@ import pandas as pd
 import pytest
 from palpate.capture.check_capture import check_capture
 from palpate.capture.clouds import read_cloud
+from palpate.capture.poses import PoseRecord, write_poses
 from palpate.capture.tables import WRENCH_COLUMNS, write_force, write_frames
 from palpate.config.sensor import SensorSpec
 from palpate.vision.examine_frames import examine_frames
 
 SENSOR = {"sensor": "zivid", "kind": "cloud", "cloud": {"unit": "m"}, "range_m": [0.2, 2.0]}
+SENSOR |= {"base": {"camera_from_base": np.eye(4).tolist()}}
 POINTS = np.random.default_rng(0).uniform([-0.1, -0.1, 0.6], [0.1, 0.1, 0.8], (120, 3))
 PLY = "ply\nformat {} 1.0\nelement vertex {}\n{}end_header\n"
 PCD = """VERSION 0.7\nFIELDS x y z normal_x normal_y normal_z\nSIZE 4 4 4 4 4 4\nTYPE F F F F F F
@@ -51,6 +53,8 @@ def test_each_fault_of_a_capture_has_its_line(tmp_path):
     write_frames(tmp_path, frames)
     force = dict.fromkeys(WRENCH_COLUMNS, 0.0) | {"time_s": np.arange(30) / 100}
     write_force(tmp_path, pd.DataFrame(force))
+    poses = PoseRecord(np.linspace(0, 0.2, 5), np.tile(np.eye(4), (5, 1, 1)), np.full(5, np.nan))
+    write_poses(tmp_path, poses)
     first, second, third = (ply(tmp_path / name, POINTS + 1e-4 * k) for k, name in enumerate(names))
     assert check_capture(tmp_path, SENSOR) == []
     (line,) = examine_frames(tmp_path, SENSOR).found

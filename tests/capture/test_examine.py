@@ -194,9 +194,9 @@ def test_each_folder_is_opened_once(root, probe, monkeypatch):
     sensors, _ = specifications(root / "tests/sample")
     opened = []
 
-    def counted(place, sensor):
+    def counted(place, *known):
         opened.append(place)
-        return check_capture(place, sensor)
+        return check_capture(place, *known)
 
     monkeypatch.setattr("palpate.capture.check.check_capture", counted)
     assert not examine_object(folder, sensors, {probe["probe"]: probe}).wrong

@@ -221,7 +221,12 @@ def test_files_of_others_do_not_hold_up_an_object(cow, lab, capsys):
 @pytest.mark.parametrize(
     ("folder", "old", "new", "words"),
     [
-        ("sensors/bench_cam", "kind: depth", "kind: sonar", "kind: expected one of depth, stereo"),
+        (
+            "sensors/bench_cam",
+            "kind: depth",
+            "kind: sonar",
+            "kind: expected one of cloud, depth, stereo",
+        ),
         ("probes/bench_probe", "radius_m: 0.006", "radius_m: 0.06", "exclusion.radius_m: expected"),
         ("probes/bench_probe", "probe: bench_probe", "probe: another", "expected bench_probe"),
     ],

@@ -4,7 +4,7 @@ import copy
 
 import numpy as np
 import pytest
-import yaml
+from palpate.workflow.configuration import like_another
 from virtual_lab.load_steps import LoadSteps
 from virtual_lab.record import with_motion
 from virtual_lab.rig import object_bench
@@ -16,7 +16,8 @@ LENGTHS, SIZES = ("fx_px", "fy_px", "cx_px", "cy_px"), ("width_px", "height_px")
 
 @pytest.fixture(scope="session")
 def lab(root):
-    return yaml.safe_load((root / "config/lab.yaml").read_text())
+    """The default lab, and what a robot, a tracker or clouds record of it."""
+    return like_another(root / "config/robot_lab.yaml")
 
 
 @pytest.fixture(scope="session")

@@ -173,7 +173,7 @@ def _lab(path: str | None, kind: type[Model] | None, wrong: list[str]) -> Mappin
     if path is None:
         return None
     try:
-        spec = _like_another(Path(path))
+        spec = like_another(Path(path))
     except ValueError as error:
         wrong.append(str(error))
         return None
@@ -182,8 +182,14 @@ def _lab(path: str | None, kind: type[Model] | None, wrong: list[str]) -> Mappin
     return None if lines else kind.plain(spec) if kind else spec
 
 
-def _like_another(path: Path) -> object:
-    """Content of a file; where it says nothing, that of the file that it is ``like``."""
+def like_another(path: Path) -> object:
+    """Content of a file; where it says nothing, that of the file that it is ``like``.
+
+    Raises
+    ------
+    ValueError
+        If either is no file that says something by names.
+    """
     spec = load_yaml(path)
     if not isinstance(spec, Mapping) or not isinstance(spec.get("like"), str):
         return spec
