@@ -28,9 +28,10 @@ NOT_RUN = {
     "own_moduli": OWN_OBJECTS,
     "own_report": OWN_OBJECTS,
     "own_surface": OWN_OBJECTS,
-    "tip": "for a film of the turning handle, of which the study has none",
-    "load": "for a film of the probe held free, of which the study has none",
-    "stiffness": "for a film of a press on something rigid, of which the study has none",
+    "hand_eye": "for a recording of a target on a robot's flange, of which the study has none",
+    "tip": "for a recording of the turning handle, of which the study has none",
+    "load": "for a recording of the probe held free, of which the study has none",
+    "stiffness": "for a recording of a press on something rigid, of which the study has none",
 }
 SENSORS = ("bumblebee", "kinect")
 # Of the modulus where all else is known: of the block half of what a tenth of the force makes.
