@@ -135,7 +135,6 @@ FOLDER = "expected a folder with rgb.txt and depth.txt, found .*film.bag$"
             ["--depth", WRENCH],
             "--depth /ft_sensor/wrench: expected a topic of .* found geometry_msgs/msg/Wrench",
         ),
-        (["--range", "0", "3"], "range_m.0: expected a number > 0, found 0"),
         (["--force", "none.csv"], "none.csv: file: expected a CSV table"),
         *(
             (["--depth-unit", unit], "--depth-unit: expected between a micrometre and a metre,")

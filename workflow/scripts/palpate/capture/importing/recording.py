@@ -1,5 +1,6 @@
 """What every kind of recording gives: times, forms and optics first, then image after image."""
 
+import argparse
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -21,48 +22,9 @@ NANOSECONDS = 1_000_000_000
 LONGEST_NAME = 100
 # Table of force.csv, and notes on it.
 ForceTable = tuple[pd.DataFrame, tuple[str, ...]]
-
-
-@dataclass(frozen=True)
-class Request:
-    """What a person asks of an import.
-
-    Parameters
-    ----------
-    recording : Path
-        File or folder.
-    folder : Path
-        ``raw/<object>/<sensor>/<capture>`` or ``.../background``, or a recording of the probe,
-        ``raw/sensors/<sensor>/<part>``; must not exist.
-    sensor_file : Path
-        ``config/sensors/<sensor>.yaml``; made if it does not exist.
-
-    All others are options of `palpate import`, where `command.add_options` explains them; None
-    is what was not asked for and the recording states, or is found.
-    """
-
-    recording: Path
-    folder: Path
-    sensor_file: Path
-    range_m: Sequence[float]
-    trust_sensor_file: bool
-    force_offset_s: float
-    poses: str | None
-    base: str | None
-    tracked: str | None
-    poses_offset_s: float
-    poses_rate_hz: float | None
-    pairing_ms: float | None
-    color: str | None
-    depth: str | None
-    wrench: str | None
-    color_info: str | None
-    depth_info: str | None
-    registered: bool
-    receive_clock: bool
-    depth_unit_m: float | None
-    intrinsics: Sequence[float] | None
-    distortion: Sequence[float] | None
+# Options of `palpate import`, where None is what the recording states, or is found; beside them the
+# folder that is made and the sensor's file, which is made if it does not exist.
+Request = argparse.Namespace
 
 
 @dataclass(frozen=True)
