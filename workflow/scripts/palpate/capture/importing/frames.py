@@ -16,24 +16,13 @@ SAMPLES = {"force": "force sample", "poses": "pose"}
 
 @dataclass(frozen=True)
 class Pairs:
-    """Images that were taken together.
+    """Images that were taken together."""
 
-    Parameters
-    ----------
-    color, depth : (n,) int arrays
-        Their places in the streams, by the time of the colour image.
-    within_ns : float
-        How far apart they may be [ns].
-    farthest_ns : int
-        How far apart they are at most [ns].
-    missed_ns : (k,) int array
-        How far apart those are that are each other's nearest, but not within that [ns].
-    """
-
-    color: NDArray
+    color: NDArray  # (n,) ints: places in the streams, by the time of the colour image
     depth: NDArray
-    within_ns: float
-    farthest_ns: int
+    within_ns: float  # how far apart they may be [ns]
+    farthest_ns: int  # how far apart they are at most [ns]
+    # (k,) ints: how far apart those are that are each other's nearest, but not within that [ns].
     missed_ns: NDArray
 
 

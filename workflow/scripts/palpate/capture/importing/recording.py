@@ -29,52 +29,27 @@ Request = argparse.Namespace
 
 @dataclass(frozen=True)
 class Stream:
-    """Images of one camera, in the order of the recording.
+    """Images of one camera, in the order of the recording."""
 
-    Parameters
-    ----------
-    name : str
-        Topic or file, for messages.
-    form : Form
-        Size and encoding of all of them.
-    times_ns : (n,) int64 array
-        Their stamps [ns].
-    """
-
-    name: str
-    form: "Form"
-    times_ns: NDArray
+    name: str  # topic or file, for messages
+    form: "Form"  # of all of them
+    times_ns: NDArray  # (n,) int64: their stamps [ns]
 
 
 @dataclass(frozen=True)
 class Content:
-    """What a first look at a recording finds.
-
-    Parameters
-    ----------
-    color, depth : Stream
-    depth_unit_m : float
-        What one count of a depth image is [m].
-    depth_unit_from : str
-        Who says so, in words.
-    force : DataFrame or None
-        ``time_s`` [s] and the wrench [N, Nm], by time; None if the recording holds none.
-    cameras : dict or None
-        ``color`` and ``depth`` blocks of the sensor's file; None if the recording states none.
-    notes : tuple of str
-        What a person should know.
-    frame : str
-        Name of the colour camera's optical frame; empty if nothing names it.
-    """
+    """What a first look at a recording finds."""
 
     color: Stream
     depth: Stream
-    depth_unit_m: float
-    depth_unit_from: str
+    depth_unit_m: float  # what one count of a depth image is [m]
+    depth_unit_from: str  # who says so, in words
+    # ``time_s`` [s] and the wrench [N, Nm], by time; None if the recording holds none.
     force: pd.DataFrame | None
+    # Blocks ``color`` and ``depth`` of the sensor's file; None if the recording states none.
     cameras: dict | None
-    notes: tuple[str, ...] = ()
-    frame: str = ""
+    notes: tuple[str, ...] = ()  # what a person should know
+    frame: str = ""  # name of the colour camera's optical frame, if anything names it
 
 
 class Recording(Protocol):

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from decimal import Decimal, InvalidOperation
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -103,23 +104,21 @@ def read_wrenches(path: Path) -> ForceTable:
 
 def _listed(path: Path) -> tuple[list[Path], NDArray]:
     """Files and stamps [ns] of a list."""
-    files, times_ns, before = [], [], ""
-    for place, stamp, stamp_ns, (name,) in _lines(path, str, 1, "a stamp and a file"):
-        if times_ns and stamp_ns <= times_ns[-1]:
-            remedy = "sort the list" if stamp_ns < times_ns[-1] else "leave one of them out"
+    lines = list(_lines(path, str, 1, "a stamp and a file"))
+    if not lines:
+        raise mismatch(f"{path}: lines", "images", "none")
+    for (_, before, before_ns, _), (place, stamp, stamp_ns, _) in pairwise(lines):
+        if stamp_ns <= before_ns:
+            remedy = "sort the list" if stamp_ns < before_ns else "leave one of them out"
             found = f"{shown(before)} then {shown(stamp)} ({remedy})"
             raise mismatch(place, "increasing stamps", found)
-        file = path.parent / name
-        if not file.resolve().is_relative_to(path.parent.resolve()):
+    for place, _, _, (name,) in lines:
+        if not (path.parent / name).resolve().is_relative_to(path.parent.resolve()):
             raise mismatch(place, "a file of this folder", shown(name))
-        if not file.is_file():
+        if not (path.parent / name).is_file():
             raise mismatch(place, "an image", f"nothing at {shown(name)}")
-        files.append(file)
-        times_ns.append(stamp_ns)
-        before = stamp
-    if not files:
-        raise mismatch(f"{path}: lines", "images", "none")
-    return files, np.array(times_ns, dtype=np.int64)
+    files = [path.parent / name for *_, (name,) in lines]
+    return files, np.array([stamp_ns for _, _, stamp_ns, _ in lines], dtype=np.int64)
 
 
 def _lines(
