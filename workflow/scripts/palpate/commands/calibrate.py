@@ -150,7 +150,14 @@ def _tip_blocks(found: Pivot, probe: Mapping) -> Iterator[str]:
 
 def _load(options: argparse.Namespace, probe: Mapping) -> Found:
     source = options.source
-    up, poses = _up(options), _static_poses(options, probe)
+    up = _up(options)
+    if source.is_dir():
+        table, _ = _recording(options, probe, check_with_force)
+        poses = static_poses(table, read_force(source), probe)
+    else:
+        table = read_table(source)
+        rows = [f"row {k}" for k in range(1, len(table) + 1)]
+        poses = StaticPoses(rows, turns_of(table), columns_of(table, WRENCH_COLUMNS))
     found = find_payload(poses, up)
     lines = [f"{source}: {len(poses.names)} poses, {found.kept.sum()} count", *_load_lines(found)]
     for name, (force_n, torque_nm) in found.left_out(poses.names).items():
@@ -268,17 +275,6 @@ def _columns(options: argparse.Namespace) -> tuple[str, Sequence[str], Sequence[
     read = [*export.read, way.text, force.text]
     read += [f"{left_out} rows without a number left out"] if left_out else []
     return ", ".join(read), (*export.doubts, *way.doubts, *force.doubts), columns
-
-
-def _static_poses(options: argparse.Namespace, probe: Mapping) -> StaticPoses:
-    """Those of a recording, or the rows of a table."""
-    source = options.source
-    if source.is_dir():
-        table, _ = _recording(options, probe, check_with_force)
-        return static_poses(table, read_force(source), probe)
-    table = read_table(source)
-    rows = [f"row {k}" for k in range(1, len(table) + 1)]
-    return StaticPoses(rows, turns_of(table), columns_of(table, WRENCH_COLUMNS))
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from palpate.capture.files import write_text
 from palpate.capture.importing.optics_files import read_optics
-from palpate.commands.help import add_verb, all_sure, check_outputs, sure
+from palpate.commands.help import add_verb, all_sure, check_outputs, counts, sure
 from palpate.config.probe import SIDE, TargetFile
 from palpate.units import MILLIMETRES
 from palpate.vision.board import Board, FlatBoard
@@ -202,28 +202,19 @@ def _pair_lines(pair: PairCalibration) -> Iterator[str]:
     yield from (f"  {line}" for line in pair_verdict(pair).lines)
 
 
-def _sides(text: str) -> tuple[int, int]:
-    """Two whole numbers as 9x6."""
-    try:
-        first, second = map(int, text.lower().split("x"))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"expected two numbers as 9x6, found {text}") from None
-    return first, second
-
-
 def add(parts: Any) -> None:
     """Add the part to the command's."""
     verb = add_verb(
         parts, "camera", "optics of one camera or two", _camera, about=ABOUT, example=EXAMPLE
     )
     verb.add_argument("sources", nargs="+", type=Path, metavar="FOLDER", help="or a file")
-    verb.add_argument("--inner-corners", type=_sides, metavar="9x6", help="of the checkerboard")
+    verb.add_argument("--inner-corners", type=counts, metavar="9x6", help="of the checkerboard")
     verb.add_argument("--square-mm", type=float, help="side of its squares")
     board = "YAML with a block marker, as palpate board prints or a probe's file has"
     verb.add_argument("--board", type=Path, help=board)
     verb.add_argument("--kind", choices=KINDS, help="of two cameras: what the second is for")
     verb.add_argument("--sensor", metavar="NAME", help="begin the file with this name")
-    verb.add_argument("--size", type=_sides, metavar="640x480", help="of OpenCV files without one")
+    verb.add_argument("--size", type=counts, metavar="640x480", help="of OpenCV files without one")
     verb.add_argument(
         "--opencv", type=Path, metavar="FILE", help="write a pair's M1 D1 M2 D2 R T, to rectify by"
     )

@@ -57,6 +57,14 @@ def check_figure(path: Path | None) -> None:
         raise ValueError(f"--figure: expected a file that ends with one of {kinds}, found {path}")
 
 
+def counts(text: str) -> tuple[int, int]:
+    """Two numbers like 7x5, as the type of an option."""
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(part.strip().isdigit() for part in parts):
+        raise argparse.ArgumentTypeError(f"expected two counts like 7x5, found {text}")
+    return int(parts[0]), int(parts[1])
+
+
 def check_outputs(outputs: Mapping[str, Path | None], read: Sequence[Path]) -> None:
     """Raise ValueError where an option writes over what is read, over a folder or another's file.
 

@@ -26,10 +26,8 @@ from palpate.capture.importing.transforms import bag_poses
 from palpate.capture.importing.tum import (
     COLOR_LIST,
     DEPTH_LIST,
-    WRENCH_LIST,
     TumRecording,
     is_tum,
-    read_wrenches,
 )
 from palpate.capture.importing.write import import_recording
 from palpate.capture.tables import FORCE, GAUGE_COLUMNS, WRENCH_COLUMNS, read_table
@@ -67,8 +65,7 @@ def _import(options: argparse.Namespace) -> None:
     with_poses = _with_frames(options)
     recording = _recording(options, force=own_force)
     if own_force and isinstance(recording, TumRecording):
-        beside = options.recording / FORCE
-        source = beside if beside.is_file() else options.recording / WRENCH_LIST
+        source = options.recording / FORCE
     force = None if source is None else _force(source, options)
     poses = _poses(options) if with_poses and not options.background else None
     print("\n".join(import_recording(recording, options, force, poses)))
@@ -158,7 +155,7 @@ def _recording(request: Request, *, force: bool) -> Recording:
 def _force(path: Path, request: Request) -> ForceTable:
     """Table of force.csv and notes on it from a file beside the recording."""
     if path.suffix != ".csv":
-        return read_wrenches(path) if path.suffix == ".txt" else read_force_bag(path, request)
+        return read_force_bag(path, request)
     table = read_table(path)
     if "time_s" not in table.columns or not len(table):
         raise mismatch(f"{path}: columns", "time_s and samples", "none")
@@ -181,7 +178,7 @@ def add(commands: Any) -> None:
     add("--background", action="store_true", help="frames without object and probe, and no force")
     add_devices(parser, "sensors")
     add("--force", type=Path, metavar="FILE",
-        help="force, by the images' clock: .csv, .txt or a bag")  # fmt: skip
+        help="force, by the images' clock: a force.csv or a bag")  # fmt: skip
     add("--force-offset", dest="force_offset_s", type=float, metavar="SECONDS", default=0.0,
         help="added to the force's times, where its clock is another")  # fmt: skip
     add("--poses", metavar="TOPIC_OR_FILE",

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from decimal import Decimal, InvalidOperation
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,16 +13,14 @@ from palpate.capture.importing.pixels import file_form, file_pixels
 from palpate.capture.importing.recording import (
     NANOSECONDS,
     Content,
-    ForceTable,
     Request,
     Stream,
-    force_table,
     mismatch,
     named,
     shown,
 )
 
-COLOR_LIST, DEPTH_LIST, WRENCH_LIST = "rgb.txt", "depth.txt", "wrench.txt"
+COLOR_LIST, DEPTH_LIST = "rgb.txt", "depth.txt"
 # What a count of a depth image usually is [m].
 DEPTH_UNIT_M = 1 / 5000
 
@@ -82,70 +79,43 @@ def is_tum(path: Path) -> bool:
     return (path / COLOR_LIST).is_file() and (path / DEPTH_LIST).is_file()
 
 
-def read_wrenches(path: Path) -> ForceTable:
-    """Table of force.csv and notes on it from a list of stamps [s], forces [N] and torques [Nm].
-
-    Raises
-    ------
-    ValueError
-        If it is missing or a line is not seven numbers.
-    """
-    if not path.is_file():
-        expected = "wrenches (force.csv and --force <file> will do)"
-        raise mismatch(f"{path}: file", expected, "nothing")
-    times_ns, values = [], []
-    for _, _, stamp_ns, wrench in _lines(path, float, 6, "stamp and six numbers"):
-        times_ns.append(stamp_ns)
-        values += wrench
-    if not values:
-        raise mismatch(f"{path}: lines", "wrenches", "none")
-    return force_table(times_ns, values)
-
-
 def _listed(path: Path) -> tuple[list[Path], NDArray]:
     """Files and stamps [ns] of a list."""
-    lines = list(_lines(path, str, 1, "a stamp and a file"))
-    if not lines:
-        raise mismatch(f"{path}: lines", "images", "none")
-    for (_, before, before_ns, _), (place, stamp, stamp_ns, _) in pairwise(lines):
-        if stamp_ns <= before_ns:
-            remedy = "sort the list" if stamp_ns < before_ns else "leave one of them out"
-            found = f"{shown(before)} then {shown(stamp)} ({remedy})"
-            raise mismatch(place, "increasing stamps", found)
-    for place, _, _, (name,) in lines:
-        if not (path.parent / name).resolve().is_relative_to(path.parent.resolve()):
-            raise mismatch(place, "a file of this folder", shown(name))
-        if not (path.parent / name).is_file():
-            raise mismatch(place, "an image", f"nothing at {shown(name)}")
-    files = [path.parent / name for *_, (name,) in lines]
-    return files, np.array([stamp_ns for _, _, stamp_ns, _ in lines], dtype=np.int64)
-
-
-def _lines(
-    path: Path, kind: type, count: int, expected: str
-) -> Iterator[tuple[str, str, int, list]]:
-    """Place, stamp as text and in [ns], and so many values of each line that is no comment."""
     try:
         lines = path.read_text(encoding="utf-8").split("\n")
     except UnicodeDecodeError:
         raise mismatch(f"{path}: file", "text", "other bytes") from None
+    files, times_ns, before = [], [], ""
     for number, line in enumerate(lines, start=1):
-        stamp, *words = line.replace(",", " ").split() or ["#"]
+        stamp, *names = line.replace(",", " ").split() or ["#"]
         if stamp.startswith("#"):
             continue
-        place = f"{path}: line {number}"
-        try:
-            stamp_ns, values = _nanoseconds(stamp), [kind(word) for word in words]
-        except (ValueError, InvalidOperation):
-            values = []
-        if len(values) != count:
-            raise mismatch(place, expected, shown(" ".join([stamp, *words])))
-        yield place, stamp, stamp_ns, values
+        place, stamp_ns = f"{path}: line {number}", _nanoseconds(stamp)
+        if len(names) != 1 or stamp_ns is None:
+            raise mismatch(place, "a stamp and a file", shown(" ".join([stamp, *names])))
+        if times_ns and stamp_ns <= times_ns[-1]:
+            remedy = "sort the list" if stamp_ns < times_ns[-1] else "leave one of them out"
+            found = f"{shown(before)} then {shown(stamp)} ({remedy})"
+            raise mismatch(place, "increasing stamps", found)
+        file = path.parent / names[0]
+        if not file.resolve().is_relative_to(path.parent.resolve()):
+            raise mismatch(place, "a file of this folder", shown(names[0]))
+        if not file.is_file():
+            raise mismatch(place, "an image", f"nothing at {shown(names[0])}")
+        files.append(file)
+        times_ns.append(stamp_ns)
+        before = stamp
+    if not files:
+        raise mismatch(f"{path}: lines", "images", "none")
+    return files, np.array(times_ns, dtype=np.int64)
 
 
-def _nanoseconds(text: str) -> int:
-    """Exact: a stamp of 1970's clock has more digits than a float."""
-    seconds = Decimal(text)
+def _nanoseconds(text: str) -> int | None:
+    """Exact: a stamp of 1970's clock has more digits than a float; None of what is none."""
+    try:
+        seconds = Decimal(text)
+    except InvalidOperation:
+        return None
     if not seconds.is_finite() or abs(seconds) > 2**33:
-        raise ValueError(text)
+        return None
     return int((seconds * NANOSECONDS).to_integral_value())
