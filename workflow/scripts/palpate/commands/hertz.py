@@ -90,7 +90,7 @@ def _setup(options: argparse.Namespace) -> "Setup":
             object_radius_m=_metres(options.object_radius_mm),
             thickness_m=_metres(options.thickness_mm),
             poisson_ratio=options.nu,
-            **{name: getattr(options, name) for name in ("baseline", "residual", "base")},
+            **{name: getattr(options, name) for name in ("baseline", "base")},
         )
     except ValueError as error:
         raise ValueError(_as_option(str(error))) from None
@@ -201,8 +201,6 @@ def add(commands: Any) -> None:
     number("--nu", default=0.33, help="Poisson's ratio that E and a layer's law assume (0.33)")
     baseline = "fit a constant force too; else where an approach determines it"
     option("--baseline", action=argparse.BooleanOptionalAction, help=baseline)
-    residuals, compared = ("force", "force_two_thirds"), "compared: the force, or its power 2/3"
-    option("--residual", choices=residuals, default="force", help=compared)
     ends = {"nargs": 2, "metavar": ("FROM", "TO")}
     number("--range-mm", **ends, help="of the depth's column, as it counts")
     add_columns(verb)
