@@ -189,7 +189,11 @@ def test_a_recording_given_twice_is_refused(root, monkeypatch):
 WRONG = {
     ("raw",): "raw: folder: expected a capture, or an object's or a sensor's folder with captures",
     ("raw/sponge/nothing",): "nothing: folder: expected a capture, .*found no such folder",
-    ("raw/sponge", "--solid", "none.vtu"): "--solid: expected a file, found nothing at none.vtu",
+    (
+        "raw/sponge",
+        "--config",
+        "none.yaml",
+    ): "--config: expected a file, found nothing at none.yaml",
     ("raw/sponge", "--nu-std", "0.1"): "--nu-std: expected --nu beside it, found none",
     ("raw/sponge", "--figure", "fit.bmp"): "--figure: expected a file that ends with one of .png",
 }

@@ -236,8 +236,9 @@ def write_tum(folder, film, *, factor=5000, wrench=True):
         (folder / f"{kind}.txt").write_text("\n".join(["# timestamp filename", *lines]) + "\n")
     if wrench:
         rows = zip(film.wrench_ns, film.wrench, strict=True)
-        lines = [f"{seconds(stamp)} {' '.join(map(repr, map(float, row)))}" for stamp, row in rows]
-        (folder / "wrench.txt").write_text("\n".join(lines) + "\n")
+        lines = [f"{seconds(stamp)},{','.join(map(repr, map(float, row)))}" for stamp, row in rows]
+        head = "time_s,fx_n,fy_n,fz_n,tx_nm,ty_nm,tz_nm"
+        (folder / "force.csv").write_text("\n".join([head, *lines]) + "\n")
     return folder
 
 

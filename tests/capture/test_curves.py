@@ -50,7 +50,6 @@ OPTIONS = {
     (*BALL, "--range-mm", "5", "6"):
         "--range-mm: expected a part of the depth's column, 0 to 1.4 mm, found 5 to 6",
     (*BALL, "--figure", "fit.xyz"): "--figure: expected a file that ends with one of .png",
-    (*BALL, "--effective-radius-mm", "2.5"): "expected no other radius, found one",
     (): "--radius-mm: expected the sphere's radius, found none",
     ("--radius-mm", "-5"): "--radius-mm: expected a number above 0, found -5",
     ("--radius-mm", "inf"): "--radius-mm: expected a number above 0, found inf",
@@ -77,15 +76,14 @@ def test_standard_input_is_a_curve(monkeypatch, capsys):
     assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.02)
 
 
-def test_weights_and_a_range_leave_samples_out(tmp_path, capsys):
+def test_a_range_leaves_samples_out(tmp_path, capsys):
     depth, force = indentation()
-    # Beyond a depth the force is another thing's, and its weight is none.
+    # Beyond a depth the force is another thing's.
     force[depth > 1e-3] *= 2
-    path = written(tmp_path, "depth_mm,force_n,w", 1e3 * depth, force, 1.0 * (depth <= 1e-3))
+    path = written(tmp_path, "depth_mm,force_n", 1e3 * depth, force)
     assert fitted(path, capsys, *PARABOLA)["reduced_modulus_pa"] > 1.2 * E_STAR_PA
-    for used in (("--weights", "w"), ("--range-mm", "0", "1")):
-        found = fitted(path, capsys, *PARABOLA, *used)
-        assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.02)
+    found = fitted(path, capsys, *PARABOLA, "--range-mm", "0", "1")
+    assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.02)
 
 
 def test_several_curves_are_a_table(plain, tmp_path, capsys):
@@ -117,8 +115,6 @@ def test_radii_of_bodies_go_together(plain, capsys):
     curved = fitted(plain, capsys, "--object-radius-mm", "5", *PARABOLA)
     assert curved["effective_radius_m"] == pytest.approx(0.0025)
     assert curved["reduced_modulus_pa"] == pytest.approx(np.sqrt(2) * flat)
-    same = fitted(plain, capsys, radius=("--effective-radius-mm", "2.5"))
-    assert same["reduced_modulus_pa"] == pytest.approx(curved["reduced_modulus_pa"])
 
 
 def test_a_real_curve_as_another_program_fits_it(root, capsys):

@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 from bag_writing import Messages
-from palpate.capture.importing.frames import paired
 from palpate.capture.importing.optics import coefficients
 from palpate.capture.importing.pixels import file_form, form_of
+from palpate.capture.importing.recording import paired
 
 K = np.array([640.0, 0, 645, 0, 640, 361, 0, 0, 1])
 

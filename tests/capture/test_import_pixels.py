@@ -104,7 +104,10 @@ def test_bgr_and_big_endian_depth(tmp_path):
 
 def test_what_a_count_was_taken_as_is_told(tmp_path, capsys):
     film = stand_in()
-    assert bring(ros1(tmp_path, film), tmp_path / "raw/block/camera/08", "--range", "2", "3") == 0
+    assert bring(ros1(tmp_path, film), tmp_path / "raw/block/camera/07") == 0
+    path = tmp_path / "sensors/camera.yaml"
+    path.write_text(yaml.safe_dump(read_spec(tmp_path) | {"range_m": [2, 3]}))
+    assert bring(tmp_path / "film.bag", tmp_path / "raw/block/camera/08") == 0
     found = capsys.readouterr().out
     median_m = 1e-3 * np.median(film.depth)
     told = "one count is 1 mm (16UC1 by REP 118, the recording states none: --depth-unit)"

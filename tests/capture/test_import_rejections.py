@@ -135,7 +135,6 @@ FOLDER = "expected a folder with rgb.txt and depth.txt, found .*film.bag$"
             ["--depth", WRENCH],
             "--depth /ft_sensor/wrench: expected a topic of .* found geometry_msgs/msg/Wrench",
         ),
-        (["--range", "0", "3"], "range_m.0: expected a number > 0, found 0"),
         (["--force", "none.csv"], "none.csv: file: expected a CSV table"),
         *(
             (["--depth-unit", unit], "--depth-unit: expected between a micrometre and a metre,")
@@ -301,7 +300,7 @@ def test_a_sensor_file_that_contradicts(film, tmp_path, capsys):
     ("write", "name", "line"),
     [
         (write_realsense, "film.bag", "film.bag: wrench: expected one topic"),
-        (partial(write_tum, wrench=False), "film", "wrench.txt: file: expected wrenches"),
+        (partial(write_tum, wrench=False), "film", "force.csv: file: expected a CSV table"),
         (write_tum, "film", "camera.yaml: file: expected a sensor file, or optics"),
     ],
     ids=["a RealSense", "no wrenches", "no optics"],

@@ -86,12 +86,6 @@ def test_a_sensor_whose_place_is_not_known_yet(table, given):
     assert [row[3] for row in rows] == ["FILL_IN"] * 3 + [1.0]
 
 
-def test_the_tables_plane_is_a_vertical(table, given, tmp_path):
-    plane = tmp_path / "support_plane.json"
-    plane.write_text(json.dumps({"normal": UP.tolist(), "offset_m": 0.8}))
-    assert given(table, "--plane", plane) == given(table, *VERTICAL)
-
-
 def recorded(time_s, turns, samples_s, wrench):
     """Tables of poses and forces of a recording."""
     poses = np.tile(np.eye(4), (len(time_s), 1, 1))
@@ -139,9 +133,7 @@ def test_recordings_of_something_else(refused, root, devices):
 
 
 def test_what_is_not_given(table, refused, tmp_path):
-    assert "--up: expected it or --plane, found none" in refused(table)
-    assert "--plane, found both" in refused(table, *VERTICAL, "--plane", tmp_path)
-    assert "found nothing at" in refused(table, "--plane", tmp_path / "plane.json")
+    assert "--up: expected it, or a recording with background/, found none" in refused(table)
     assert "--up: expected a direction" in refused(table, "--up", "0", "0", "0")
     assert "frames.csv: expected a recording's, found none" in refused(tmp_path)
     assert "none: source: expected a recording or a table, found none" in refused(tmp_path / "none")

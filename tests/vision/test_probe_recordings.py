@@ -118,7 +118,7 @@ def test_a_film_without_a_vertical(held, ran, tmp_path):
     new = part_of(held[0], 7 * EACH, tmp_path)
     shutil.rmtree(new / "background")
     status, line = ran(new)
-    assert status == 1 and "--up: expected it or --plane, found none" in line
+    assert status == 1 and "--up: expected it, or a recording with background/" in line
 
 
 def test_a_stiffness(pressed, sensor, ran, tmp_path):

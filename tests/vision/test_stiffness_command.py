@@ -75,12 +75,6 @@ def test_foam(table, refused, tmp_path):
     assert not out.exists()
 
 
-def test_contact_begins_where_one_says(table, given, refused):
-    assert "in contact, 2 to 5" in given(table(), "--contact-n", 2)
-    assert "--contact-n: expected 0 or more, found -1" in refused(table(), "--contact-n", -1)
-    assert "expected 10 samples or more above 9 N" in refused(table(), "--contact-n", 9)
-
-
 def test_a_table_without_force(table, refused):
     line = refused(table(names=("depth_m", "time_s")))
     assert "expected one column of force" in line

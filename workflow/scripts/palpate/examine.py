@@ -12,8 +12,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from palpate.capture.capture import Capture
-from palpate.capture.check import checked_object
-from palpate.capture.check_curves import declared_curve
+from palpate.capture.check import checked_object, declared_curve
 from palpate.capture.discover import CURVE_END, SensorFolder, curve_files
 from palpate.capture.findings import Findings, examine_force, examine_template
 from palpate.capture.poses import POSES

@@ -2,7 +2,7 @@
 
 from dataclasses import asdict
 
-from palpate.capture.check_curves import declared_curve, poisson_ratios
+from palpate.capture.check import declared_curve, poisson_ratios
 from palpate.capture.files import write_json
 from palpate.estimate.curve import estimate_curve
 from palpate.estimate.direct.options import Fit
@@ -21,7 +21,7 @@ def main(snakemake):
     ratios = poisson_ratios(spec)
     setup = curve_setup(spec, params.probe)
     with naming(inputs.curve, "force", "contact", "samples"):
-        hertz = fit_curve(*curve.loading(), setup, curve.weights)
+        hertz = fit_curve(*curve.loading(), setup)
     with (
         naming(inputs.curve, "samples"),
         naming(inputs.object, "deepest_m", "curves"),

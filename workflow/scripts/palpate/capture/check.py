@@ -2,16 +2,20 @@
 
 import hashlib
 import os
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from palpate.capture.check_capture import check_capture, read_columns
-from palpate.capture.check_curves import check_curves, check_name
+from palpate.capture.curves.curve import Curve, read_curve
 from palpate.capture.discover import (
     BACKGROUND,
+    CAPTURE_NAME,
+    CAPTURE_WORDS,
     MESHES,
     SensorFolder,
+    curve_files,
     object_fault,
     sensor_folder,
     sensor_folders,
@@ -21,6 +25,9 @@ from palpate.capture.tables import FORCE, FRAMES, GAUGE_COLUMNS, force_columns
 from palpate.config.model import problems
 from palpate.config.object import ObjectSpec
 from palpate.yaml_files import is_file, load_yaml, one_line
+
+# Options of the command, as messages of curves name them.
+OPTION = re.compile("--(depth|force|stiffness)-(column|unit|n-m)")
 
 
 @dataclass(frozen=True)
@@ -84,7 +91,7 @@ def checked_object(
     if only is not None:
         listed = (replace(sensor_folder(only.parent), captures=(only,)),)
     elif spec:
-        problems += check_curves(folder, spec, files=files, probe=probe)
+        problems += _check_curves(folder, spec, files=files, probe=probe)
     for place in listed:
         of_names = _check_sensor(place, sensors, spec.get("points"))
         problems += of_names
@@ -158,7 +165,7 @@ def _check_sensor(place: SensorFolder, sensors: Mapping, points: Mapping | None)
     if not place.has_background and needed:
         problems.append(f"{place.background}: folder: expected background frames, found nothing")
     for capture in place.captures:
-        problems += check_name(capture, capture.name, points)
+        problems += _check_name(capture, capture.name, points)
     return problems
 
 
@@ -192,3 +199,70 @@ def _check_gauge(capture: Path, probe: Mapping | None) -> list[str]:
         return []
     expected = f"fx_n..tz_nm (probe {probe['probe']} states no gauge)"
     return [f"{path}: columns: expected {expected}, found v0..v5"]
+
+
+def _check_curves(folder: Path, spec: Mapping, *, files: bool, probe: Mapping | None) -> list[str]:
+    """Check the curves of an object that declares some, without opening them if not ``files``."""
+    if "curves" not in spec:
+        return []
+    found, path = curve_files(folder), folder / "object.yaml"
+    if not found:
+        return [f"{path}: curves: expected {folder}/<point>.csv, found none"]
+    problems = []
+    for curve in found:
+        lines = _check_name(curve, curve.stem, spec["points"])
+        problems += lines
+        if files and not lines:
+            try:
+                declared_curve(curve, spec, probe)
+            except ValueError as error:
+                problems.append(str(error))
+    return problems
+
+
+def _check_name(path: Path, name: str, points: Mapping | None) -> list[str]:
+    """What is wrong with a capture's or a curve's name: its form, or a point not declared."""
+    if not CAPTURE_NAME.fullmatch(name):
+        return [f"{path}: capture: expected {CAPTURE_WORDS}, found {name}"]
+    point = name.partition("-")[0]
+    if points is None or point in points:
+        return []
+    known = ", ".join(sorted(points))
+    return [f"{path}: point: expected one of {known}, found {point}"]
+
+
+def declared_curve(path: str | Path, spec: Mapping, probe: Mapping | None = None) -> Curve:
+    """Read a curve by what object.yaml says of its columns, and by the probe's file.
+
+    Raises
+    ------
+    ValueError
+        Naming file, column and remedy, if it is no curve.
+    """
+    probe = probe or {}
+    given = {
+        "stiffness_n_m": probe.get("stiffness_n_m"),
+        "radius_m": probe.get("indenter", {}).get("radius_m"),
+    }
+    given |= {name: value for name, value in spec["curves"].items() if name != "poisson_ratio"}
+    if isinstance(given["stiffness_n_m"], str):
+        expected = "a number in curves, which no camera calibrates, or in the probe's file"
+        found = f"expected {expected}, found {given['stiffness_n_m']}"
+        raise ValueError(f"curves.stiffness_n_m: {found}")
+    try:
+        curve = read_curve(path, **given)
+    except ValueError as error:
+        raise ValueError(_as_field(str(error))) from None
+    return replace(curve, doubts=tuple(map(_as_field, curve.doubts)))
+
+
+def _as_field(line: str) -> str:
+    """A line about options of the command as one about the fields of object.yaml."""
+    return OPTION.sub(lambda found: f"curves.{found[0][2:].replace('-', '_')}", line)
+
+
+def poisson_ratios(spec: Mapping) -> tuple[float, float]:
+    """Least and greatest Poisson's ratio that are declared for an object's curves."""
+    given = spec["curves"]["poisson_ratio"]
+    low, high = given if isinstance(given, list) else (given, given)
+    return float(low), float(high)

@@ -141,31 +141,19 @@ def examine_force(
     pressed = np.flatnonzero(seen_n > max(onset_n, PRESSED_SHARE * peak_n))
     before = int(pressed[0]) if len(pressed) else len(seen_n)
     moved_n = max(drift_n, noise_n)
-    doubts = (
-        (
-            not moved_n <= LARGEST_REST_SHARE * peak_n,
-            f"{path}: force: expected an unloaded probe where the zero is taken, found it moving by"
-            f" {moved_n:.2f} N",
-        ),
-        (
-            not first_n <= onset_n,
-            f"{path}: force: expected the load of the first frames, which is taken for zero, at the"
-            f" record's begin too, found {first_n:.2f} N (where did the probe lie?)",
-        ),
-        (
-            rate_hz < SLOWEST_HZ,
-            f"{path}: time_s: expected {SLOWEST_HZ:g} Hz or more, found {rate_hz:.0f} Hz",
-        ),
-        (
-            before < FEWEST_AT_REST,
-            f"{folder}: frames: expected at least {FEWEST_AT_REST} before the press, found"
-            f" {before}",
-        ),
-        (
-            len(pressed) < FEWEST_PRESSED,
-            f"{folder}: frames: expected at least {FEWEST_PRESSED} in the press, found"
-            f" {len(pressed)}",
-        ),
-    )
+    usual = (
+        (moved_n <= LARGEST_REST_SHARE * peak_n, f"{path}: force",
+         "an unloaded probe where the zero is taken", f"it moving by {moved_n:.2f} N"),
+        (first_n <= onset_n, f"{path}: force",
+         "the load of the first frames, which is taken for zero, at the record's begin too",
+         f"{first_n:.2f} N (where did the probe lie?)"),
+        (rate_hz >= SLOWEST_HZ, f"{path}: time_s",
+         f"{SLOWEST_HZ:g} Hz or more", f"{rate_hz:.0f} Hz"),
+        (before >= FEWEST_AT_REST, f"{folder}: frames",
+         f"at least {FEWEST_AT_REST} before the press", before),
+        (len(pressed) >= FEWEST_PRESSED, f"{folder}: frames",
+         f"at least {FEWEST_PRESSED} in the press", len(pressed)),
+    )  # fmt: skip
+    doubts = [f"{at}: expected {one}, found {other}" for so, at, one, other in usual if not so]
     text = f"force {rate_hz:.0f} Hz, {noise_n:.3f} N of noise at rest, peak {peak_n:.2f} N"
-    return Findings(doubts=tuple(line for doubtful, line in doubts if doubtful), found=(text,))
+    return Findings(doubts=tuple(doubts), found=(text,))

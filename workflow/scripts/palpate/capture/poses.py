@@ -27,24 +27,13 @@ LARGEST_GAP_S = 0.1
 
 @dataclass(frozen=True)
 class PoseRecord:
-    """Poses over time, at their own rate.
+    """Poses over time, at their own rate."""
 
-    Attributes
-    ----------
-    time_s : (n,) array
-        Increasing [s]; of a capture, from its first frame.
-    base_from_tracked : (n, 4, 4) array
-        Pose of the tracked frame in the base frame [m].
-    std_m : (n,) array
-        Standard error of each pose's place [m], as the tracker says it; NaN where nobody does.
-    base, tracked : str
-        Names of both frames; empty where they are not named.
-    """
-
-    time_s: NDArray
-    base_from_tracked: NDArray
+    time_s: NDArray  # (n,), increasing [s]; of a capture, from its first frame
+    base_from_tracked: NDArray  # (n, 4, 4), pose of the tracked frame in the base frame [m]
+    # (n,), standard error of each pose's place [m] as the tracker says it; NaN where nobody does.
     std_m: NDArray
-    base: str = ""
+    base: str = ""  # names of both frames; empty where they are not named
     tracked: str = ""
 
     def filled(self, std_m: float) -> Self:

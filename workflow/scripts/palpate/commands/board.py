@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from palpate.capture.files import whole_file
-from palpate.commands.help import add_verb
+from palpate.commands.help import add_verb, counts
 from palpate.config.probe import TargetFile
 from palpate.units import MILLIMETRES
 from palpate.vision.board import FlatBoard
@@ -133,14 +133,6 @@ def _ruler(axes: Any, x_mm: float, y_mm: float, board_mm: float) -> None:
     axes.text(x_mm, y_mm + 0.8, f"{length_mm} mm", fontsize=6, va="top")
 
 
-def _counts(text: str) -> tuple[int, int]:
-    """Two numbers like 7x5."""
-    parts = text.lower().split("x")
-    if len(parts) != 2 or not all(part.strip().isdigit() for part in parts):
-        raise argparse.ArgumentTypeError(f"expected two counts like 7x5, found {text}")
-    return int(parts[0]), int(parts[1])
-
-
 def add(commands: Any) -> None:
     """Add the command to a parser's."""
     verb = add_verb(
@@ -152,8 +144,8 @@ def add(commands: Any) -> None:
         example="palpate board charuco --squares 7x5 --square-mm 15 --output board.pdf",
     )
     verb.add_argument("kind", choices=("charuco", "aprilgrid", "checkerboard"))
-    verb.add_argument("--squares", type=_counts, metavar="7x5", help="along x and y")
-    verb.add_argument("--tags", type=_counts, metavar="4x3", help="of an aprilgrid, along x and y")
+    verb.add_argument("--squares", type=counts, metavar="7x5", help="along x and y")
+    verb.add_argument("--tags", type=counts, metavar="4x3", help="of an aprilgrid, along x and y")
     verb.add_argument("--square-mm", type=float, help="side of a square")
     verb.add_argument("--tag-mm", type=float, help="side of a tag (charuco: 0.75 of a square's)")
     verb.add_argument("--gap-mm", type=float, help="between tags of an aprilgrid")

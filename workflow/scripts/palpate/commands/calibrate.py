@@ -1,7 +1,6 @@
 """The command ``palpate calibrate``: the rig's cameras, and the probe by itself."""
 
 import argparse
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -19,11 +18,11 @@ from palpate.capture.curves.export import read_export
 from palpate.capture.devices import read_device
 from palpate.capture.discover import BACKGROUND
 from palpate.capture.experiments import check_hand_eye, check_pivot, check_with_force, read_marker
-from palpate.capture.files import write_text
+from palpate.capture.files import write_json
 from palpate.capture.poses import POSES
 from palpate.capture.tables import FRAMES, WRENCH_COLUMNS, columns_of, read_force, read_table
 from palpate.commands import calibrate_camera
-from palpate.commands.help import add_columns, add_verb, sure
+from palpate.commands.help import add_columns, add_verb, all_sure, check_outputs, sure
 from palpate.config.model import FILL_IN, blank_fields, problems
 from palpate.config.probe import ProbeSpec, TargetFile
 from palpate.units import MILLIMETRES, MILLINEWTONS
@@ -38,39 +37,31 @@ from palpate.vision.pivot import Pivot, find_pivot, recorded_pivot
 from palpate.vision.pose_files import BASE_UP, stated_poses, tracked_table, turns_of
 from palpate.vision.probe import marker_from_tip, marker_transforms
 from palpate.vision.static_poses import StaticPoses, static_poses
-from palpate.vision.support_plane import read_plane
 from palpate.yaml_files import load_yaml
 
 TIP = """\
 Find where the centre of the ball is in the frame of the probe's target: rest the ball in a dimple,
 record the target, and tilt the handle by 30 degrees to all sides, for 200 frames.
-It takes a recording (a folder with frames.csv) with the files of sensor and target or probe;
-a table of poses as probe_pose.csv has them (marker_qx, marker_qy, marker_qz, marker_qw,
-marker_x_m, marker_y_m, marker_z_m, camera from target); or a folder of text files with a matrix of
-4 x 4 numbers in each. Frames that are off are named and left out. A recording with
-probe_poses.csv, of a robot or a tracker, needs no target and no sensor.
+It takes a recording (a folder with frames.csv, or probe_poses.csv of a robot or a tracker), a table
+of poses with the columns of probe_pose.csv (marker_qx ... marker_z_m), or a folder of text files
+with a matrix of 4 x 4 numbers in each. Frames that are off are named and left out.
 """
 LOAD = """\
 Find mass and centre of mass of the force sensor's payload, its offsets, and how it is turned
 against the probe's target: hold the probe free in the air for two seconds each in twelve poses, tip
 down, up, level to four sides and between. A pose in which something else touches the probe is
 named and left out.
-It takes a recording (a folder with frames.csv and force.csv) with the files of sensor and probe,
-or a table with a row for each pose: the target's rotation as probe_pose.csv has it (marker_qx,
-marker_qy, marker_qz, marker_qw) and the mean wrench (fx_n, fy_n, fz_n, tx_nm, ty_nm, tz_nm).
-The vertical is the table's that a recording's background/ shows or a support_plane.json states
-(--plane), or given in the camera's frame (--up), whose x points right, y down and z away.
-With the poses of a robot or a tracker, probe_poses.csv, it is z of their base frame unless --up
-says another; they need no target and no sensor.
+It takes a recording (a folder with frames.csv or probe_poses.csv, and force.csv), or a table with a
+row for each pose: marker_qx, marker_qy, marker_qz, marker_qw and fx_n, fy_n, fz_n, tx_nm, ty_nm,
+tz_nm. The vertical is that of the table that a recording's background/ shows, z of the base frame
+of probe_poses.csv, or --up.
 """
 STIFFNESS = """\
 Find the probe's compliance between target and ball, along its axis: press the ball on something
 rigid, a steel block on a table, slowly to 5 N and back within ten seconds.
-It takes a recording (a folder with frames.csv and force.csv) with the files of sensor and probe,
-or a table in the order of time, as palpate hertz reads curves: how far the tip went along the
-probe's axis by the target's poses (depth_m, growing in the indentation, from any offset), and the
-force along it (force_n), at the same moments. Units stand in the names of the columns.
-With the poses of a robot or a tracker, probe_poses.csv, a recording needs no target and no sensor.
+It takes a recording (a folder with frames.csv or probe_poses.csv, and force.csv), or a table in the
+order of time, as palpate hertz reads curves: how far the tip went along the probe's axis (depth_m,
+growing in the indentation, from any offset), and the force along it (force_n).
 """
 HAND_EYE = """\
 Find where a camera that stands is in the base frame of a robot or a tracker: fix a target to the
@@ -87,12 +78,7 @@ Found = tuple[list[str], dict]
 def _calibrate(part: Callable[..., Found], options: argparse.Namespace) -> None:
     """Print what was found of a part; write a JSON file whole or not at all, and say so."""
     output, source = options.output, options.source
-    if output is not None:
-        if output.is_dir() or not output.parent.is_dir():
-            found = "a folder" if output.is_dir() else "a folder that is not there"
-            raise ValueError(f"--output: expected a file, found {found}: {output}")
-        if output.resolve() == source.resolve():
-            raise ValueError(f"--output: expected a file of its own, found {output} in use already")
+    check_outputs({"output": output}, [source])
     if not source.exists():
         expected = "a recording, a table or a folder" if part is _tip else "a recording or a table"
         raise ValueError(f"{source}: source: expected {expected}, found none")
@@ -103,7 +89,7 @@ def _calibrate(part: Callable[..., Found], options: argparse.Namespace) -> None:
         lines, fields = part(options, _probe(options))
     print("\n".join(lines))
     if output is not None:
-        write_text(output, json.dumps(fields, indent=1) + "\n")
+        write_json(output, fields)
         print(f"written: {output}")
 
 
@@ -134,7 +120,7 @@ def _tip(options: argparse.Namespace, probe: Mapping) -> Found:
 
 def _tip_lines(found: Pivot) -> Iterator[str]:
     turn = ", ".join(f"{value:.1f}" for value in found.turn_deg)
-    yield f"  tip {_sure(found.tip_m, found.std_m, MILLIMETRES)} mm in the board's frame"
+    yield f"  tip {all_sure(found.tip_m, found.std_m, MILLIMETRES)} mm in the board's frame"
     yield f"  turned by {turn} degrees (root mean square, of three directions)"
     yield f"  residual: {found.rms_m * MILLIMETRES:.3f} mm (root mean square)"
     if found.optics_covariance is None:
@@ -159,13 +145,19 @@ def _tip_blocks(found: Pivot, probe: Mapping) -> Iterator[str]:
             ("force_from_tip", transform["force_from_tip"], ".6f"),
             ("tip_covariance_m2", found.covariance, ".4e"),
         ):
-            yield f"{name}:"
-            yield from (f"  - [{', '.join(f'{x:{form}}' for x in row)}]" for row in rows)
+            yield from (f"{name}:", *_rows(rows, form))
 
 
 def _load(options: argparse.Namespace, probe: Mapping) -> Found:
     source = options.source
-    up, poses = _up(options), _static_poses(options, probe)
+    up = _up(options)
+    if source.is_dir():
+        table, _ = _recording(options, probe, check_with_force)
+        poses = static_poses(table, read_force(source), probe)
+    else:
+        table = read_table(source)
+        rows = [f"row {k}" for k in range(1, len(table) + 1)]
+        poses = StaticPoses(rows, turns_of(table), columns_of(table, WRENCH_COLUMNS))
     found = find_payload(poses, up)
     lines = [f"{source}: {len(poses.names)} poses, {found.kept.sum()} count", *_load_lines(found)]
     for name, (force_n, torque_nm) in found.left_out(poses.names).items():
@@ -183,10 +175,10 @@ def _load(options: argparse.Namespace, probe: Mapping) -> Found:
 def _load_lines(found: Payload) -> Iterator[str]:
     std, bias = found.std, found.bias
     yield f"  mass {sure(found.mass_kg * 1e3, std[0] * 1e3)} g"
-    centre = _sure(found.centre_of_mass_m, std[CENTRE], MILLIMETRES)
+    centre = all_sure(found.centre_of_mass_m, std[CENTRE], MILLIMETRES)
     yield f"  centre of mass {centre} mm in the sensor's frame"
-    yield f"  zero {_sure(bias[:3], std[BIAS_N], 1)} N"
-    yield f"  zero {_sure(bias[3:], std[BIAS_NM], MILLINEWTONS)} mNm"
+    yield f"  zero {all_sure(bias[:3], std[BIAS_N], 1)} N"
+    yield f"  zero {all_sure(bias[3:], std[BIAS_NM], MILLINEWTONS)} mNm"
     square = (found.residuals[found.kept] ** 2).reshape(-1, 2, 3)
     off = np.sqrt(square.mean(axis=(0, 2))) * MILLINEWTONS
     yield f"  residual: {off[0]:.2g} mN, {off[1]:.2g} mNm (root mean square)"
@@ -212,9 +204,8 @@ def _hand_eye(options: argparse.Namespace, probe: Mapping) -> Found:
     found = recorded_hand_eye(source, sensor, probe.get("marker") or read_marker(source))
     count = found.poses - len(found.left_out_m)
     clock = sure(found.clock_offset_s * 1e3, found.clock_offset_std_s * 1e3)
-    shift = _sure(
-        found.camera_from_base[:3, 3], np.sqrt(np.diag(found.covariance)[3:]), MILLIMETRES
-    )
+    std_m = np.sqrt(np.diag(found.covariance)[3:])
+    shift = all_sure(found.camera_from_base[:3, 3], std_m, MILLIMETRES)
     turn = ", ".join(f"{value:.1f}" for value in found.turn_deg)
     lines = [
         f"{source}: {found.poses} poses, {count} count",
@@ -227,27 +218,25 @@ def _hand_eye(options: argparse.Namespace, probe: Mapping) -> Found:
         f"  {found.verdict}",
         "base:",
         "  camera_from_base:",
-        *(f"    - [{', '.join(f'{x:.9f}' for x in row)}]" for row in found.camera_from_base),
+        *_rows(found.camera_from_base, ".9f", "    "),
         "  covariance:",
-        *(f"    - [{', '.join(f'{x:.4e}' for x in row)}]" for row in found.covariance),
+        *_rows(found.covariance, ".4e", "    "),
     ]
     return lines, found.fields(sensor["sensor"])
 
 
 def _stiffness(options: argparse.Namespace, probe: Mapping) -> Found:
-    source, warned, contact = options.source, (), {"contact_n": options.contact_n}
-    if not (isfinite(options.contact_n) and options.contact_n >= 0):
-        raise ValueError(f"--contact-n: expected 0 or more, found {options.contact_n:g}")
+    source, warned = options.source, ()
     if source.is_dir():
         for key in TRANSFORMS if probe else ():
             if key not in probe:
                 raise ValueError(f"{options.board}: {key}: expected the probe's, found none")
         table, _ = _recording(options, probe, check_with_force)
         read = f"{len(table)} poses"
-        columns = recorded_press(table, read_force(source), probe, Force(), **contact)
+        columns = recorded_press(table, read_force(source), probe, Force())
     else:
         read, warned, columns = _columns(options)
-    found = find_compliance(*columns, **contact)
+    found = find_compliance(*columns)
     low, high = found.force_n
     lines = [
         f"{source}: {found.samples} samples in contact, {low:.2g} to {high:.2g} N",
@@ -286,17 +275,6 @@ def _columns(options: argparse.Namespace) -> tuple[str, Sequence[str], Sequence[
     read = [*export.read, way.text, force.text]
     read += [f"{left_out} rows without a number left out"] if left_out else []
     return ", ".join(read), (*export.doubts, *way.doubts, *force.doubts), columns
-
-
-def _static_poses(options: argparse.Namespace, probe: Mapping) -> StaticPoses:
-    """Those of a recording, or the rows of a table."""
-    source = options.source
-    if source.is_dir():
-        table, _ = _recording(options, probe, check_with_force)
-        return static_poses(table, read_force(source), probe)
-    table = read_table(source)
-    rows = [f"row {k}" for k in range(1, len(table) + 1)]
-    return StaticPoses(rows, turns_of(table), columns_of(table, WRENCH_COLUMNS))
 
 
 @contextmanager
@@ -368,33 +346,26 @@ def _recording(
 
 def _up(options: argparse.Namespace) -> NDArray:
     """Upwards, in the frame of the poses: the camera's, or their base, (3,)."""
-    empty, tracked = options.source / BACKGROUND, (options.source / POSES).is_file()
-    if tracked and options.plane is not None:
-        raise ValueError(f"--plane: expected none, or --up in the base frame of {POSES}, found one")
-    if tracked and options.up is None:
+    empty = options.source / BACKGROUND
+    if options.up is None and (options.source / POSES).is_file():
         return BASE_UP
-    if options.up is None and options.plane is None and empty.is_dir():
+    if options.up is None and empty.is_dir():
         from palpate.vision.clouds import table_of
         from palpate.workflow.options import Config
 
         config = Config()
         return table_of(empty, _sensor(options), config.support_plane, seed=config.seed)[:3]
-    if (options.up is None) == (options.plane is None):
-        found = "none" if options.up is None else "both"
-        raise ValueError(f"--up: expected it or --plane, found {found}")
-    if options.plane is not None:
-        if not options.plane.is_file():
-            raise ValueError(f"--plane: expected a file, found nothing at {options.plane}")
-        return read_plane(options.plane)[:3]
+    if options.up is None:
+        raise ValueError("--up: expected it, or a recording with background/, found none")
     up = np.array(options.up)
     if not (np.isfinite(up).all() and np.linalg.norm(up) > 0):
         raise ValueError(f"--up: expected a direction, found {options.up}")
     return up
 
 
-def _sure(values: Sequence[float], errors: Sequence[float], scale: float) -> str:
-    pairs = zip(values, errors, strict=True)
-    return ", ".join(sure(value * scale, error * scale) for value, error in pairs)
+def _rows(matrix: Sequence, form: str, indent: str = "  ") -> Iterator[str]:
+    """Rows of a matrix as YAML."""
+    yield from (f"{indent}- [{', '.join(f'{x:{form}}' for x in row)}]" for row in matrix)
 
 
 def add(commands: Any) -> None:
@@ -412,14 +383,11 @@ def add(commands: Any) -> None:
         "poses.csv --up 0 -0.7 -0.7 --board probes/ball.yaml")  # fmt: skip
     up = "upwards, in the camera's frame, or in the base frame of probe_poses.csv"
     load.add_argument("--up", nargs=3, type=float, metavar=("X", "Y", "Z"), help=up)
-    load.add_argument("--plane", type=Path, metavar="FILE", help="support_plane.json of the table")
     _part(parts, "hand-eye", "a camera in a robot's base frame", _hand_eye, HAND_EYE,
         "hand_eye --sensor sensors/d435.yaml --output hand_eye.json")  # fmt: skip
     stiffness = _part(
         parts, "stiffness", "what the probe gives way by", _stiffness, STIFFNESS, "press.csv"
     )
-    least = "forces above it count (0.5)"
-    stiffness.add_argument("--contact-n", type=float, default=0.5, metavar="N", help=least)
     add_columns(stiffness)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from palpate.capture.files import write_text
 from palpate.capture.importing.optics_files import read_optics
-from palpate.commands.help import add_verb, sure
+from palpate.commands.help import add_verb, all_sure, check_outputs, counts, sure
 from palpate.config.probe import SIDE, TargetFile
 from palpate.units import MILLIMETRES
 from palpate.vision.board import Board, FlatBoard
@@ -66,7 +66,8 @@ def _camera(options: argparse.Namespace) -> None:
     for path in options.sources:
         if not path.exists():
             raise ValueError(f"{path}: source: expected a folder of pictures or a file, found none")
-    _check_outputs(options)
+    read = [*options.sources, *filter(None, [options.board])]
+    check_outputs({"output": options.output, "opencv": options.opencv}, read)
     folders = [path.is_dir() for path in options.sources]
     if len(set(folders)) > 1:
         raise ValueError("sources: expected two folders or two files, found one of each")
@@ -86,22 +87,6 @@ def _camera(options: argparse.Namespace) -> None:
     else:
         write_text(options.output, text)
         print("\n".join([*report, f"written: {options.output}"]))
-
-
-def _check_outputs(options: argparse.Namespace) -> None:
-    """Reject writing over what is read, over a folder, or two things into one file."""
-    read = [*options.sources, *([] if options.board is None else [options.board])]
-    places = {path.resolve() for path in read}
-    for name in ("output", "opencv"):
-        path = getattr(options, name)
-        if path is None:
-            continue
-        if path.is_dir() or not path.parent.is_dir():
-            found = "a folder" if path.is_dir() else "a folder that is not there"
-            raise ValueError(f"--{name}: expected a file, found {found}: {path}")
-        if path.resolve() in places:
-            raise ValueError(f"--{name}: expected a file of its own, found {path} in use already")
-        places.add(path.resolve())
 
 
 def _check_kind(kind: str | None, count: int, one: str) -> None:
@@ -210,21 +195,11 @@ def _pair_lines(pair: PairCalibration) -> Iterator[str]:
     }
     yield f"second camera from the first, by {len(pair.errors_px)} pairs"
     for name, (values, stds, scale, unit) in rows.items():
-        pairs = zip(values, stds, strict=True)
-        yield f"  {name} {', '.join(sure(v * scale, e * scale) for v, e in pairs)} {unit}"
+        yield f"  {name} {all_sure(values, stds, scale)} {unit}"
     yield f"  residual: {pair.rms_px:.3f} px (root mean square)"
     for view, reason in pair.rejected.items():
         yield f"  not of one moment: {view}: {reason}"
     yield from (f"  {line}" for line in pair_verdict(pair).lines)
-
-
-def _sides(text: str) -> tuple[int, int]:
-    """Two whole numbers as 9x6."""
-    try:
-        first, second = map(int, text.lower().split("x"))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"expected two numbers as 9x6, found {text}") from None
-    return first, second
 
 
 def add(parts: Any) -> None:
@@ -233,13 +208,13 @@ def add(parts: Any) -> None:
         parts, "camera", "optics of one camera or two", _camera, about=ABOUT, example=EXAMPLE
     )
     verb.add_argument("sources", nargs="+", type=Path, metavar="FOLDER", help="or a file")
-    verb.add_argument("--inner-corners", type=_sides, metavar="9x6", help="of the checkerboard")
+    verb.add_argument("--inner-corners", type=counts, metavar="9x6", help="of the checkerboard")
     verb.add_argument("--square-mm", type=float, help="side of its squares")
     board = "YAML with a block marker, as palpate board prints or a probe's file has"
     verb.add_argument("--board", type=Path, help=board)
     verb.add_argument("--kind", choices=KINDS, help="of two cameras: what the second is for")
     verb.add_argument("--sensor", metavar="NAME", help="begin the file with this name")
-    verb.add_argument("--size", type=_sides, metavar="640x480", help="of OpenCV files without one")
+    verb.add_argument("--size", type=counts, metavar="640x480", help="of OpenCV files without one")
     verb.add_argument(
         "--opencv", type=Path, metavar="FILE", help="write a pair's M1 D1 M2 D2 R T, to rectify by"
     )

@@ -78,10 +78,8 @@ def _direct(options: argparse.Namespace) -> int:
 
 
 def _check_options(options: argparse.Namespace) -> None:
-    for name in ("solid", "optics", "config"):
-        path = getattr(options, name)
-        if path is not None and not path.is_file():
-            raise ValueError(f"--{name}: expected a file, found nothing at {path}")
+    if options.config is not None and not options.config.is_file():
+        raise ValueError(f"--config: expected a file, found nothing at {options.config}")
     if options.nu is not None and not 0 <= options.nu <= LARGEST_RATIO:
         raise ValueError(f"--nu: expected from 0 to {LARGEST_RATIO:g}, found {options.nu:g}")
     if options.nu_std is not None and not 0 < options.nu_std < inf:
@@ -167,9 +165,8 @@ class _Steps:
 
         subject, sensor = group[0].folder.parents[1], group[0].folder.parent.name
         project = Project.near(group[0].folder)
-        config, optics = project.config(self.options.config), self.options.optics
-        if optics is None and group[0].sensor.get("optics") == "calibration":
-            optics = project.optics(sensor)
+        config, made = project.config(self.options.config), group[0].sensor.get("optics")
+        optics = project.optics(sensor) if made == "calibration" else None
         calibrations = project.calibrations(sensor)
         measured = [self._measure(capture, calibrations, config, optics) for capture in group]
         for one in measured:
@@ -205,15 +202,13 @@ class _Steps:
         options, name, point = self.options, one.capture.declared["object"], one.capture.point
         model = one.config.direct.model
         model = model.changed(**FAST) if options.fast else model
-        solid = options.solid or project.solid(name)
+        solid = project.solid(name)
         folder = options.tables or project.results(name)
         own = folder and folder / _table_name(one, model, solid)
         of_run = folder and folder / f"indentation-{point}.npz"
-        changed = options.fast or options.solid or options.config
-        if options.tables:
-            kept = [of_run, own]
-        else:
-            kept = [own] if changed or not _is_new(of_run, one, project) else [own, of_run]
+        changed = options.fast or options.config
+        kept = [own] if changed or not _is_new(of_run, one, project) else [own, of_run]
+        kept = [of_run, own] if options.tables else kept
         for path in kept:
             if path and path.is_file():
                 self.begin(f"indentation table of point {point}: {os.path.relpath(path)}")
@@ -294,6 +289,4 @@ def add(commands: Any) -> None:
     verb.add_argument("--json", action="store_true", help="for programs")
     verb.add_argument("--config", type=Path, help="options of all steps; else config/config.yaml")
     verb.add_argument("--tables", type=Path, help="folder of tables; else results/<object>")
-    verb.add_argument("--solid", type=Path, help="mesh of the object (VTU); else a kept one")
-    verb.add_argument("--optics", type=Path, help="calibration.json; else that of a run")
     add_devices(verb)

@@ -1,6 +1,7 @@
 """What verbs of the command share: their help, columns of curves, where figures may go."""
 
 import argparse
+from collections.abc import Mapping, Sequence
 from math import floor, inf, log10
 from pathlib import Path
 from typing import Any
@@ -56,7 +57,42 @@ def check_figure(path: Path | None) -> None:
         raise ValueError(f"--figure: expected a file that ends with one of {kinds}, found {path}")
 
 
+def counts(text: str) -> tuple[int, int]:
+    """Two numbers like 7x5, as the type of an option."""
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(part.strip().isdigit() for part in parts):
+        raise argparse.ArgumentTypeError(f"expected two counts like 7x5, found {text}")
+    return int(parts[0]), int(parts[1])
+
+
+def check_outputs(outputs: Mapping[str, Path | None], read: Sequence[Path]) -> None:
+    """Raise ValueError where an option writes over what is read, over a folder or another's file.
+
+    Parameters
+    ----------
+    outputs : mapping
+        Paths by the names of options.
+    read : sequence of Path
+    """
+    places = {path.resolve() for path in read}
+    for name, path in outputs.items():
+        if path is None:
+            continue
+        if path.is_dir() or not path.parent.is_dir():
+            found = "a folder" if path.is_dir() else "a folder that is not there"
+            raise ValueError(f"--{name}: expected a file, found {found}: {path}")
+        if path.resolve() in places:
+            raise ValueError(f"--{name}: expected a file of its own, found {path} in use already")
+        places.add(path.resolve())
+
+
 def sure(value: float, error: float) -> str:
     """A value to the second digit of its standard error."""
     digits = max(0, 1 - floor(log10(error))) if 0 < error < inf else 6
     return f"{value:.{digits}f} +- {error:.{digits}f}"
+
+
+def all_sure(values: Sequence[float], errors: Sequence[float], scale: float) -> str:
+    """Values in another unit, each to the second digit of its standard error."""
+    pairs = zip(values, errors, strict=True)
+    return ", ".join(sure(value * scale, error * scale) for value, error in pairs)

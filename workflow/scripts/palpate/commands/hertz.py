@@ -30,8 +30,7 @@ can't be found is asked for by the option that says it.
 """
 EXAMPLE = "palpate hertz curve.csv --radius-mm 6.22"
 # Bounds of options of numbers above 0, and what parts of a setup are called as options.
-BELOW = {"radius_mm": inf, "effective_radius_mm": inf, "thickness_mm": inf, "stiffness_n_m": inf}
-BELOW |= {"half_angle_deg": 90.0}
+BELOW = {"radius_mm": inf, "thickness_mm": inf, "stiffness_n_m": inf, "half_angle_deg": 90.0}
 OPTIONS = {
     "depth_m": "--depth-unit",
     "radius_m": "--radius-mm",
@@ -82,20 +81,16 @@ def _setup(options: argparse.Namespace) -> "Setup":
             below = f" and below {most:g}" if isfinite(most) else ""
             option = f"--{name.replace('_', '-')}"
             raise ValueError(f"{option}: expected a number above 0{below}, found {found:g}")
-    radius_mm, angle, indenter = options.radius_mm, options.half_angle_deg, options.indenter
-    if options.effective_radius_mm is not None:
-        if radius_mm is not None or options.object_radius_mm is not None:
-            raise ValueError("--effective-radius-mm: expected no other radius, found one")
-        radius_mm, indenter = options.effective_radius_mm, indenter or "parabola"
+    angle = options.half_angle_deg
     try:
         return Setup(
-            radius_m=_metres(radius_mm),
-            indenter=indenter or (None if angle is None else "cone"),
+            radius_m=_metres(options.radius_mm),
+            indenter=options.indenter or (None if angle is None else "cone"),
             half_angle_rad=None if angle is None else radians(angle),
             object_radius_m=_metres(options.object_radius_mm),
             thickness_m=_metres(options.thickness_mm),
             poisson_ratio=options.nu,
-            **{name: getattr(options, name) for name in ("baseline", "residual", "base")},
+            **{name: getattr(options, name) for name in ("baseline", "base")},
         )
     except ValueError as error:
         raise ValueError(_as_option(str(error))) from None
@@ -119,12 +114,11 @@ def _fitted(path: str, setup: "Setup", options: argparse.Namespace) -> tuple[Cur
     curve = read_curve(
         path,
         **{name: getattr(options, name) for name in names},
-        weights_column=options.weights,
         range_m=options.range_mm and tuple(map(_metres, options.range_mm)),
         radius_m=_metres(options.radius_mm),
     )
     try:
-        return curve, fit_curve(*curve.loading(), setup, curve.weights)
+        return curve, fit_curve(*curve.loading(), setup)
     except ValueError as error:
         raise ValueError(f"{curve.path}: {_as_option(str(error))}") from None
 
@@ -197,7 +191,6 @@ def add(commands: Any) -> None:
     option("curves", nargs="+", metavar="CURVE", help="text file; - is standard input")
     number("--radius-mm", help="of the sphere, or of a flat punch")
     number("--object-radius-mm", help="of a curved object at the contact, negative if hollow")
-    number("--effective-radius-mm", help="of both, in place of the two")
     number("--half-angle-deg", help="of a cone or pyramid, between axis and side or face")
     indenters = ("parabola", "sneddon", "cone", "pyramid", "flat")
     option("--indenter", choices=indenters, help="a sphere by depth, else")
@@ -208,11 +201,8 @@ def add(commands: Any) -> None:
     number("--nu", default=0.33, help="Poisson's ratio that E and a layer's law assume (0.33)")
     baseline = "fit a constant force too; else where an approach determines it"
     option("--baseline", action=argparse.BooleanOptionalAction, help=baseline)
-    residuals, compared = ("force", "force_two_thirds"), "compared: the force, or its power 2/3"
-    option("--residual", choices=residuals, default="force", help=compared)
     ends = {"nargs": 2, "metavar": ("FROM", "TO")}
     number("--range-mm", **ends, help="of the depth's column, as it counts")
-    option("--weights", metavar="COLUMN", help="column of weights of the samples")
     add_columns(verb)
     option("--figure", type=Path, help="draw the fits (.png, .svg, .pdf)")
     option("--table", type=Path, help="write a CSV table, a row for each curve")

@@ -101,7 +101,7 @@ def column_of(
     if column is None:
         place = _found_place(export, quantity)
     else:
-        place = place_of(export, column, f"--{quantity.name}-column")
+        place = _place_of(export, column, f"--{quantity.name}-column")
     found = export.headers[place]
     used = found.unit if unit is None else plain(unit)
     if unit is not None and used not in quantity.units:
@@ -138,7 +138,7 @@ def _no_unit(quantity: Quantity, written: str, *, named: bool) -> str:
     return written + ("" if named else f" (another column? --{quantity.name}-column names it)")
 
 
-def place_of(export: Export, column: str, option: str) -> int:
+def _place_of(export: Export, column: str, option: str) -> int:
     """Place of a column by its name, its name without unit, or its number from 1."""
     wanted = column.strip().lower()
     for known in (

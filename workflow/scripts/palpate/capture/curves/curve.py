@@ -14,7 +14,6 @@ from palpate.capture.curves.columns import (
     column_of,
     is_tips,
     numbers_of,
-    place_of,
 )
 from palpate.capture.curves.export import fault, read_export
 from palpate.capture.curves.phases import Phases, free_from, outlier, phases_of, signs_of
@@ -41,9 +40,7 @@ class Curve:
         Depth of the tip, as far as it is known, from any zero [m], growing into the object, and
         force [N], growing with it; in the order of the record.
     chosen : (k,) int array
-        Samples of approach and loading that are in range and have weight.
-    weights : (k,) array or None
-        Of them.
+        Samples of approach and loading that are in range.
     phases : Phases
     depth_sign : int
         Of ``depth_m`` against the file's column.
@@ -57,7 +54,6 @@ class Curve:
     depth_m: NDArray
     force_n: NDArray
     chosen: NDArray
-    weights: NDArray | None
     phases: Phases
     depth_sign: int
     read: str
@@ -78,7 +74,6 @@ def read_curve(
     force_column: str | None = None,
     depth_unit: str | None = None,
     force_unit: str | None = None,
-    weights_column: str | None = None,
     range_m: tuple[float, float] | None = None,
     stiffness_n_m: float | None = None,
     radius_m: float | None = None,
@@ -93,8 +88,6 @@ def read_curve(
         Name or number (from 1), where the header does not state it.
     depth_unit, force_unit : str, optional
         Like mm, mN; the header's by default.
-    weights_column : str, optional
-        Column of the samples' weights.
     range_m : (float, float), optional
         Least and greatest value of the depth's column that are used [m], as the file counts.
     stiffness_n_m : float, optional
@@ -124,12 +117,9 @@ def read_curve(
     export = read_export(path)
     depth = column_of(export, DEPTH, depth_column, depth_unit)
     force = column_of(export, FORCE, force_column, force_unit)
-    columns = [depth.values, force.values]
-    if weights_column:
-        columns.append(export.values[:, place_of(export, weights_column, "--weights")])
-    columns, left_out = numbers_of(columns)
+    columns, left_out = numbers_of([depth.values, force.values])
     _check_samples(export.path, columns, left_out)
-    signs, plain = signs_of(*columns[:2])
+    signs, plain = signs_of(*columns)
     of_tip = depth.of_tip
     if stiffness_n_m and not of_tip:
         of_tip = is_tips(export, signs[0] * depth.values, signs[1] * force.values, stiffness_n_m)
@@ -138,11 +128,10 @@ def read_curve(
     read += [f"{name} sign turned" for name, sign in zip(NAMES, signs, strict=True) if sign < 0]
     read += [f"{left_out} rows without a number left out"] if left_out else []
     read += [] if used.all() else [f"{used.sum()} of {len(used)} samples in range"]
-    depth_m, force_n, *weights = signs[0] * columns[0], signs[1] * columns[1], *columns[2:]
-    used &= weights[0] > 0 if weights else True
+    depth_m, force_n = (sign * values for sign, values in zip(signs, columns, strict=True))
     free, first = free_from(depth_m), np.argmax(depth_m) < BEGINS * len(depth_m)
     if backwards := not free and bool(first and depth_m[0] > depth_m[-1]):
-        depth_m, force_n, used, *weights = (one[::-1] for one in (depth_m, force_n, used, *weights))
+        depth_m, force_n, used = (one[::-1] for one in (depth_m, force_n, used))
     phases = phases_of(depth_m, force_n)
     if stiffness_n_m is not None and not of_tip:
         _check_spring(depth.name, float(np.ptp(force_n)) / stiffness_n_m, float(np.ptp(depth_m)))
@@ -159,7 +148,6 @@ def read_curve(
         depth_m=depth_m,
         force_n=force_n,
         chosen=chosen,
-        weights=weights[0][chosen] if weights else None,
         phases=phases,
         depth_sign=signs[0],
         read=", ".join([*read, phases.summary(len(used))]),
@@ -171,7 +159,7 @@ def _chosen(path: str, used: NDArray, phases: Phases) -> NDArray:
     """Places of the used samples of the loading."""
     chosen = phases.loading.start + np.flatnonzero(used[phases.loading])
     if len(chosen) < FEWEST_SAMPLES:
-        expected = f"expected {FEWEST_SAMPLES} samples or more of loading, in range and with weight"
+        expected = f"expected {FEWEST_SAMPLES} samples or more of loading, in range"
         found = f"{len(chosen)} of {len(used)} (are depth and force the right columns?)"
         raise fault(path, f"rows: {expected}, found {found}")
     return chosen
@@ -232,7 +220,7 @@ def _check_samples(path: str, columns: Sequence[NDArray], left_out: int) -> None
     if count < FEWEST_SAMPLES or left_out > MOST_LEFT_OUT * (count + left_out):
         expected = f"expected at least {FEWEST_SAMPLES} rows with depth and force, and few without"
         raise fault(path, f"rows: {expected}, found {count} and {left_out} rows without")
-    for name, values in zip(NAMES, columns, strict=False):
+    for name, values in zip(NAMES, columns, strict=True):
         if not np.ptp(values) > 0:
             expected = f"expected a column that changes (--{name}-column names another)"
             raise fault(path, f"{name}: {expected}, found {values[0]:g} throughout")
@@ -241,10 +229,6 @@ def _check_samples(path: str, columns: Sequence[NDArray], left_out: int) -> None
             found = f"{values[place]:.6g} in row {place + 1} of the numbers (take it out)"
             expected = "expected no sample that leaves its neighbours by several times their range"
             raise fault(path, f"{name}: {expected}, found {found}")
-    for weights in columns[2:]:
-        if not (weights.min() >= 0 and weights.max() > 0):
-            found = f"{weights.min():g} to {weights.max():g}"
-            raise fault(path, f"weights: expected none below 0 and some above, found {found}")
 
 
 def _within(path: str, position: NDArray, range_m: tuple[float, float] | None) -> NDArray:

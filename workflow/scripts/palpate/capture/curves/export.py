@@ -59,28 +59,14 @@ STATED = [
 
 @dataclass(frozen=True)
 class Export:
-    """Columns of numbers of a text file.
+    """Columns of numbers of a text file."""
 
-    Attributes
-    ----------
-    path : str
-        For messages.
-    names : tuple of str
-        Of the columns, as the header has them, units with them; empty where there is no header.
-    values : (n, k) array
-        NaN where a cell has no number.
-    read, doubts : tuple of str
-        How the file was read, where that is no plain CSV; and what of that may be otherwise.
-    stated : dict of str to float
-        What the preamble states of the indenter: ``radius_m``, ``stiffness_n_m``.
-    """
-
-    path: str
-    names: tuple[str, ...]
-    values: NDArray
-    read: tuple[str, ...]
-    doubts: tuple[str, ...]
-    stated: Mapping[str, float]
+    path: str  # for messages
+    names: tuple[str, ...]  # of the columns in the header, units with them; empty without one
+    values: NDArray  # (n, k), NaN where a cell has no number
+    read: tuple[str, ...]  # how the file was read, where that is no plain CSV
+    doubts: tuple[str, ...]  # what of that may be otherwise
+    stated: Mapping[str, float]  # in the preamble, of the indenter: radius_m, stiffness_n_m
 
     @property
     def headers(self) -> list[Header]:

@@ -29,20 +29,12 @@ AGAIN = 0.4
 
 @dataclass(frozen=True)
 class Phases:
-    """Parts of a record, in the order of its rows.
+    """Parts of a record, in the order of its rows."""
 
-    Attributes
-    ----------
-    loading, hold, retract : slice
-        Approach and loading; what is held after it; the way back, and what follows.
-    loadings : int
-        How many there are in the record.
-    """
-
-    loading: slice
-    hold: slice
-    retract: slice
-    loadings: int = 1
+    loading: slice  # approach and loading
+    hold: slice  # what is held after it
+    retract: slice  # the way back, and what follows
+    loadings: int = 1  # how many there are in the record
 
     def summary(self, count: int) -> str:
         """How many samples a record has, and of which part."""

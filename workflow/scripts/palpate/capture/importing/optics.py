@@ -185,7 +185,7 @@ def _stated(request: Request, content: Content, rate_hz: float) -> dict:
         "sensor": request.sensor_file.stem,
         "kind": "depth",
         "frame_rate_hz": float(f"{rate_hz:.4g}"),
-        "range_m": [float(value) for value in request.range_m],
+        "range_m": list(RANGE_M),
         **cameras,
         "marker": {"reprojection_threshold_px": REPROJECTION_THRESHOLD_PX},
     }

@@ -26,20 +26,11 @@ MATRICES = {name for pair in (*SINGLE_NAMES, *PAIR_NAMES) for name in pair}
 
 @dataclass(frozen=True)
 class StatedOptics:
-    """Optics of one or two cameras as a file states them.
+    """Optics of one or two cameras as a file states them."""
 
-    Attributes
-    ----------
-    cameras : tuple of dict
-        ``width_px``, ``height_px``, ``fx_px``, ``fy_px``, ``cx_px``, ``cy_px``, ``distortion``.
-    second_from_first : (4, 4) array or None
-        Where there are two cameras [m].
-    rectified : tuple or None
-        Camera and baseline [m] of a pair that the file says how to rectify.
-    """
-
-    cameras: tuple[dict, ...]
-    second_from_first: NDArray | None = None
+    cameras: tuple[dict, ...]  # sizes, fx_px, fy_px, cx_px, cy_px, distortion of each
+    second_from_first: NDArray | None = None  # (4, 4) [m], where there are two
+    # Camera and baseline [m] of a pair that the file says how to rectify.
     rectified: tuple[dict, float] | None = None
 
 
@@ -49,8 +40,8 @@ def read_optics(paths: Sequence[Path], size_px: tuple[int, int] | None = None) -
     Parameters
     ----------
     paths : sequence of path
-        A Kalibr ``camchain.yaml``, files of OpenCV's FileStorage or of VINS, or one or two
-        ``camera_info`` files of ROS, or as its topic prints them.
+        A Kalibr ``camchain.yaml``, files of OpenCV's FileStorage, or one or two ``camera_info``
+        files of ROS, or as its topic prints them.
     size_px : (width, height), optional
         Of the pictures, where OpenCV's file does not say it.
 
@@ -82,13 +73,8 @@ def _kalibr(content: Mapping) -> StatedOptics:
     cameras = tuple(_kalibr_camera(content[name], name) for name in names)
     if len(cameras) == 1:
         return StatedOptics(cameras)
-    shift = content["cam1"]
-    if "T_cn_cnm1" not in shift:
-        # Both by the IMU: T_cam_imu takes its coordinates to a camera's, T_imu_cam back.
-        first, second = (_camera_from_imu(content[name], name) for name in names)
-        shift = {"T_cn_cnm1": second @ np.linalg.inv(first)}
     with named("cam1"):
-        return StatedOptics(cameras, _rigid(shift, "T_cn_cnm1"))
+        return StatedOptics(cameras, _rigid(content["cam1"], "T_cn_cnm1"))
 
 
 def _kalibr_camera(block: Mapping, name: str) -> dict:
@@ -104,27 +90,10 @@ def _kalibr_camera(block: Mapping, name: str) -> dict:
         return _camera(size, [fx, 0, cx, 0, fy, cy, 0, 0, 1], distortion)
 
 
-def _camera_from_imu(block: Mapping, name: str) -> NDArray:
-    known = [key for key in ("T_cam_imu", "T_imu_cam") if key in block]
-    if not known:
-        expected = "it, or T_cam_imu or T_imu_cam of both cameras"
-        raise mismatch("cam1.T_cn_cnm1", expected, f"none of {name}")
-    with named(name):
-        matrix = _rigid(block, known[0])
-    return matrix if known[0] == "T_cam_imu" else np.linalg.inv(matrix)
-
-
 def _as_written(content: Any) -> Any:
-    """Content of a file of ROS, of a camera_info as echoed or a file of VINS (camodocal)."""
-    if not isinstance(content, Mapping) or not {"k", "K", "projection_parameters"} & set(content):
+    """Content of a file of ROS, or of a camera_info as echoed."""
+    if not isinstance(content, Mapping) or not {"k", "K"} & set(content):
         return content
-    if content.get("model_type") == "PINHOLE":
-        blocks = (content.get(f"{name}_parameters") for name in ("projection", "distortion"))
-        optics, lens = (one if isinstance(one, Mapping) else {} for one in blocks)
-        fx, fy, cx, cy = (optics.get(name) for name in ("fx", "fy", "cx", "cy"))
-        lens = [lens.get(name) for name in ("k1", "k2", "p1", "p2")]
-        K = [fx, 0, cx, 0, fy, cy, 0, 0, 1]
-        content = {**content, "k": K, "d": lens, "distortion_model": "plumb_bob"}
     plain = {str(name).lower(): value for name, value in content.items()}
     roi = plain.get("roi") if isinstance(plain.get("roi"), Mapping) else {}
     bins = [plain.get(f"binning_{axis}") or 1 for axis in "xy"]

@@ -1,8 +1,9 @@
-"""What every kind of recording gives: times, forms and optics first, then image after image."""
+"""What every kind of recording gives, times, forms and optics first; which images make frames."""
 
-from collections.abc import Iterable, Iterator, Sequence
+import argparse
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -11,6 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from palpate.capture.check_capture import FEWEST_FRAMES
 from palpate.capture.tables import WRENCH_COLUMNS, sampled_s
 from palpate.yaml_files import one_line
 
@@ -18,101 +20,40 @@ if TYPE_CHECKING:
     from palpate.capture.importing.pixels import Form
 
 NANOSECONDS = 1_000_000_000
+NS_PER_MS = 1_000_000
+LOWEST_FORCE_RATE_HZ = 100
+SAMPLES = {"force": "force sample", "poses": "pose"}
 LONGEST_NAME = 100
 # Table of force.csv, and notes on it.
 ForceTable = tuple[pd.DataFrame, tuple[str, ...]]
-
-
-@dataclass(frozen=True)
-class Request:
-    """What a person asks of an import.
-
-    Parameters
-    ----------
-    recording : Path
-        File or folder.
-    folder : Path
-        ``raw/<object>/<sensor>/<capture>`` or ``.../background``, or a recording of the probe,
-        ``raw/sensors/<sensor>/<part>``; must not exist.
-    sensor_file : Path
-        ``config/sensors/<sensor>.yaml``; made if it does not exist.
-
-    All others are options of `palpate import`, where `command.add_options` explains them; None
-    is what was not asked for and the recording states, or is found.
-    """
-
-    recording: Path
-    folder: Path
-    sensor_file: Path
-    range_m: Sequence[float]
-    trust_sensor_file: bool
-    force_offset_s: float
-    poses: str | None
-    base: str | None
-    tracked: str | None
-    poses_offset_s: float
-    poses_rate_hz: float | None
-    pairing_ms: float | None
-    color: str | None
-    depth: str | None
-    wrench: str | None
-    color_info: str | None
-    depth_info: str | None
-    registered: bool
-    receive_clock: bool
-    depth_unit_m: float | None
-    intrinsics: Sequence[float] | None
-    distortion: Sequence[float] | None
+# Options of `palpate import`, where None is what the recording states, or is found; beside them the
+# folder that is made and the sensor's file, which is made if it does not exist.
+Request = argparse.Namespace
 
 
 @dataclass(frozen=True)
 class Stream:
-    """Images of one camera, in the order of the recording.
+    """Images of one camera, in the order of the recording."""
 
-    Parameters
-    ----------
-    name : str
-        Topic or file, for messages.
-    form : Form
-        Size and encoding of all of them.
-    times_ns : (n,) int64 array
-        Their stamps [ns].
-    """
-
-    name: str
-    form: "Form"
-    times_ns: NDArray
+    name: str  # topic or file, for messages
+    form: "Form"  # of all of them
+    times_ns: NDArray  # (n,) int64: their stamps [ns]
 
 
 @dataclass(frozen=True)
 class Content:
-    """What a first look at a recording finds.
-
-    Parameters
-    ----------
-    color, depth : Stream
-    depth_unit_m : float
-        What one count of a depth image is [m].
-    depth_unit_from : str
-        Who says so, in words.
-    force : DataFrame or None
-        ``time_s`` [s] and the wrench [N, Nm], by time; None if the recording holds none.
-    cameras : dict or None
-        ``color`` and ``depth`` blocks of the sensor's file; None if the recording states none.
-    notes : tuple of str
-        What a person should know.
-    frame : str
-        Name of the colour camera's optical frame; empty if nothing names it.
-    """
+    """What a first look at a recording finds."""
 
     color: Stream
     depth: Stream
-    depth_unit_m: float
-    depth_unit_from: str
+    depth_unit_m: float  # what one count of a depth image is [m]
+    depth_unit_from: str  # who says so, in words
+    # ``time_s`` [s] and the wrench [N, Nm], by time; None if the recording holds none.
     force: pd.DataFrame | None
+    # Blocks ``color`` and ``depth`` of the sensor's file; None if the recording states none.
     cameras: dict | None
-    notes: tuple[str, ...] = ()
-    frame: str = ""
+    notes: tuple[str, ...] = ()  # what a person should know
+    frame: str = ""  # name of the colour camera's optical frame, if anything names it
 
 
 class Recording(Protocol):
@@ -185,3 +126,140 @@ def named(path: Path | str, *within: str) -> Iterator[None]:
 def progress(doing: str, total: int, items: Iterable | None = None) -> tqdm:
     """Progress on a terminal, and on nothing else."""
     return tqdm(items, total=total, desc=doing, unit="", disable=None, leave=False)
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Images that were taken together."""
+
+    color: NDArray  # (n,) ints: places in the streams, by the time of the colour image
+    depth: NDArray
+    within_ns: float  # how far apart they may be [ns]
+    farthest_ns: int  # how far apart they are at most [ns]
+    # (k,) ints: how far apart those are that are each other's nearest, but not within that [ns].
+    missed_ns: NDArray
+
+
+def frames_of(
+    content: Content, covers: Mapping[str, NDArray], pairing_ms: float | None
+) -> tuple[Pairs, list[str]]:
+    """Pairs of images that make the frames, and notes on what makes none.
+
+    Parameters
+    ----------
+    content : Content
+        What the recording holds.
+    covers : mapping
+        Times [s] by the clock of the images of ``force`` and ``poses``, where there are such:
+        frames before and after them are left out.
+    pairing_ms : float or None
+        How far apart a frame's images may be [ms]; half a frame if None.
+
+    Raises
+    ------
+    ValueError
+        If there are too few pairs, or none while forces were recorded.
+    """
+    color, depth = content.color, content.depth
+    within_ns = None if pairing_ms is None else round(pairing_ms * NS_PER_MS)
+    pairs = paired(color.times_ns, depth.times_ns, within_ns)
+    within = f"within half a frame ({pairs.within_ns / NS_PER_MS:.1f} ms)"
+    within = within if pairing_ms is None else f"within {pairing_ms:g} ms"
+    missed = _missed(pairs)
+    if len(pairs.color) < FEWEST_FRAMES:
+        expected = f"at least {FEWEST_FRAMES} pairs of images {within}"
+        raise mismatch("frames", expected, f"{len(pairs.color)}{missed}")
+    notes = [
+        *_unpaired(color, pairs.color, f"depth image {within}", missed),
+        *_unpaired(depth, pairs.depth, f"color image {within}", missed),
+    ]
+    for name, known_s in covers.items():
+        times_s = color.times_ns[pairs.color] / NANOSECONDS
+        early, late = times_s < known_s[0], times_s > known_s[-1]
+        kept = ~(early | late)
+        if not kept.any():
+            expected = f"samples during the frames' {times_s[0]:.3f} to {times_s[-1]:.3f} s"
+            found = f"{known_s[0]:.3f} to {known_s[-1]:.3f} s (--{name}-offset)"
+            raise mismatch(f"{name}: time_s", expected, found)
+        if not kept.all():
+            notes.append(f"frames: {early.sum()} before the first and {late.sum()} after the last"
+                         f" {SAMPLES[name]}, left out")  # fmt: skip
+        rate_hz = (len(known_s) - 1) / max(known_s[-1] - known_s[0], 1e-9)
+        if name == "force" and rate_hz < LOWEST_FORCE_RATE_HZ:
+            notes.append(f"force: {rate_hz:.3g} samples a second; below {LOWEST_FORCE_RATE_HZ} the"
+                         " force of a frame is poorly known")  # fmt: skip
+        pairs = replace(pairs, color=pairs.color[kept], depth=pairs.depth[kept])
+    return pairs, notes
+
+
+def paired(color_ns: NDArray, depth_ns: NDArray, within_ns: float | None = None) -> Pairs:
+    """Pair images of two streams that are nearest to each other.
+
+    Parameters
+    ----------
+    color_ns, depth_ns : (n,), (m,) int64 arrays
+        Stamps [ns], in any order.
+    within_ns : float, optional
+        How far apart they may be [ns]; half a frame if not given. A frame lasts as long as the
+        median interval of the faster stream.
+
+    Returns
+    -------
+    Pairs
+
+    Raises
+    ------
+    ValueError
+        If a stream has fewer than two images, or its stamps do not move.
+    """
+    half_ns = min(_interval(color_ns, "color"), _interval(depth_ns, "depth")) / 2
+    within_ns = half_ns if within_ns is None else within_ns
+    # Halfway between two, one side takes the later and the other the earlier: they still agree.
+    to_depth = _nearest(color_ns, depth_ns, later=True)
+    to_color = _nearest(depth_ns, color_ns, later=False)
+    apart = np.abs(depth_ns[to_depth] - color_ns)
+    mutual = to_color[to_depth] == np.arange(len(color_ns))
+    color = np.flatnonzero(mutual & (apart <= within_ns))
+    color = color[np.argsort(color_ns[color], kind="stable")]
+    farthest = int(apart[color].max()) if len(color) else 0
+    return Pairs(color, to_depth[color], within_ns, farthest, apart[mutual & (apart > within_ns)])
+
+
+def _interval(times_ns: NDArray, name: str) -> float:
+    if len(times_ns) < 2:
+        raise mismatch(name, "at least 2 images", len(times_ns))
+    steps = np.diff(np.unique(times_ns))
+    if not len(steps):
+        raise mismatch(f"{name}: stamps", "times that move", f"{times_ns[0]} ns only")
+    return float(np.median(steps))
+
+
+def _nearest(times: NDArray, others: NDArray, *, later: bool) -> NDArray:
+    """Place of the nearest other time for each time; of one stamp's images, the first."""
+    order = np.argsort(others, kind="stable")
+    ordered = others[order]
+    after = np.clip(np.searchsorted(ordered, times), 1, len(ordered) - 1)
+    before = after - 1
+    nearer = (times - ordered[before]) - (ordered[after] - times)
+    closer = np.where((nearer > 0) | ((nearer == 0) & later), after, before)
+    return order[np.searchsorted(ordered, ordered[closer])]
+
+
+def _unpaired(stream: Stream, used: NDArray, partner: str, missed: str) -> Iterator[str]:
+    """Note on the images without a partner."""
+    left = np.setdiff1d(np.arange(len(stream.times_ns)), used)
+    if len(left):
+        first = f"the first at {stream.times_ns[left[0]] / NANOSECONDS:.3f} s{missed}"
+        count = f"{len(left)} of {len(stream.times_ns)} images"
+        yield f"{stream.name}: {count} have no {partner}, left out, {first}"
+
+
+def _missed(pairs: Pairs) -> str:
+    """Say how far apart the pairs are that only a wider window would take."""
+    if not len(pairs.missed_ns):
+        return ""
+    # Rounded up: a window of the stated size takes them.
+    tenths = np.ceil(10 * np.sort(pairs.missed_ns) / NS_PER_MS) / 10
+    low, high = (f"{tenths[k]:.1f}" for k in (0, -1))
+    apart = high if low == high else f"{low} to {high}"
+    return f"; of {len(tenths)} the nearest is {apart} ms away (--pairing-ms)"

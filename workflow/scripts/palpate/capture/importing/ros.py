@@ -96,10 +96,7 @@ class BagRecording:
 
     def _cameras(self, bag: Bag) -> dict | None:
         """Camera blocks of the sensor's file, or None if the bag has no optics."""
-        infos = {
-            kind: _info_topic(bag, topic, getattr(self._request, f"{kind}_info"))
-            for kind, topic in self._topics.items()
-        }
+        infos = {kind: _info_topic(bag, topic) for kind, topic in self._topics.items()}
         if None in infos.values():
             return None
         messages = {kind: bag.first(info) for kind, info in infos.items()}
@@ -170,11 +167,9 @@ def _wrench_topic(bag: Bag, request: Request) -> str:
     return name
 
 
-def _info_topic(bag: Bag, image: str, asked: str | None) -> str | None:
+def _info_topic(bag: Bag, image: str) -> str | None:
     """CameraInfo that belongs to an image topic by its name."""
     infos = bag.topics(CAMERA_INFO)
-    if asked:
-        return chosen(bag, "camera_info", list(infos), asked, CAMERA_INFO)
     parts = image.split("/")
     base = parts[:-1] if parts[-1] in CODECS else parts
     beside = "/".join([*base[:-1], "camera_info"])

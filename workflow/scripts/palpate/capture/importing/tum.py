@@ -13,16 +13,14 @@ from palpate.capture.importing.pixels import file_form, file_pixels
 from palpate.capture.importing.recording import (
     NANOSECONDS,
     Content,
-    ForceTable,
     Request,
     Stream,
-    force_table,
     mismatch,
     named,
     shown,
 )
 
-COLOR_LIST, DEPTH_LIST, WRENCH_LIST = "rgb.txt", "depth.txt", "wrench.txt"
+COLOR_LIST, DEPTH_LIST = "rgb.txt", "depth.txt"
 # What a count of a depth image usually is [m].
 DEPTH_UNIT_M = 1 / 5000
 
@@ -81,39 +79,29 @@ def is_tum(path: Path) -> bool:
     return (path / COLOR_LIST).is_file() and (path / DEPTH_LIST).is_file()
 
 
-def read_wrenches(path: Path) -> ForceTable:
-    """Table of force.csv and notes on it from a list of stamps [s], forces [N] and torques [Nm].
-
-    Raises
-    ------
-    ValueError
-        If it is missing or a line is not seven numbers.
-    """
-    if not path.is_file():
-        expected = "wrenches (force.csv and --force <file> will do)"
-        raise mismatch(f"{path}: file", expected, "nothing")
-    times_ns, values = [], []
-    for _, _, stamp_ns, wrench in _lines(path, float, 6, "stamp and six numbers"):
-        times_ns.append(stamp_ns)
-        values += wrench
-    if not values:
-        raise mismatch(f"{path}: lines", "wrenches", "none")
-    return force_table(times_ns, values)
-
-
 def _listed(path: Path) -> tuple[list[Path], NDArray]:
     """Files and stamps [ns] of a list."""
+    try:
+        lines = path.read_text(encoding="utf-8").split("\n")
+    except UnicodeDecodeError:
+        raise mismatch(f"{path}: file", "text", "other bytes") from None
     files, times_ns, before = [], [], ""
-    for place, stamp, stamp_ns, (name,) in _lines(path, str, 1, "a stamp and a file"):
+    for number, line in enumerate(lines, start=1):
+        stamp, *names = line.replace(",", " ").split() or ["#"]
+        if stamp.startswith("#"):
+            continue
+        place, stamp_ns = f"{path}: line {number}", _nanoseconds(stamp)
+        if len(names) != 1 or stamp_ns is None:
+            raise mismatch(place, "a stamp and a file", shown(" ".join([stamp, *names])))
         if times_ns and stamp_ns <= times_ns[-1]:
             remedy = "sort the list" if stamp_ns < times_ns[-1] else "leave one of them out"
             found = f"{shown(before)} then {shown(stamp)} ({remedy})"
             raise mismatch(place, "increasing stamps", found)
-        file = path.parent / name
+        file = path.parent / names[0]
         if not file.resolve().is_relative_to(path.parent.resolve()):
-            raise mismatch(place, "a file of this folder", shown(name))
+            raise mismatch(place, "a file of this folder", shown(names[0]))
         if not file.is_file():
-            raise mismatch(place, "an image", f"nothing at {shown(name)}")
+            raise mismatch(place, "an image", f"nothing at {shown(names[0])}")
         files.append(file)
         times_ns.append(stamp_ns)
         before = stamp
@@ -122,31 +110,12 @@ def _listed(path: Path) -> tuple[list[Path], NDArray]:
     return files, np.array(times_ns, dtype=np.int64)
 
 
-def _lines(
-    path: Path, kind: type, count: int, expected: str
-) -> Iterator[tuple[str, str, int, list]]:
-    """Place, stamp as text and in [ns], and so many values of each line that is no comment."""
+def _nanoseconds(text: str) -> int | None:
+    """Exact: a stamp of 1970's clock has more digits than a float; None of what is none."""
     try:
-        lines = path.read_text(encoding="utf-8").split("\n")
-    except UnicodeDecodeError:
-        raise mismatch(f"{path}: file", "text", "other bytes") from None
-    for number, line in enumerate(lines, start=1):
-        stamp, *words = line.replace(",", " ").split() or ["#"]
-        if stamp.startswith("#"):
-            continue
-        place = f"{path}: line {number}"
-        try:
-            stamp_ns, values = _nanoseconds(stamp), [kind(word) for word in words]
-        except (ValueError, InvalidOperation):
-            values = []
-        if len(values) != count:
-            raise mismatch(place, expected, shown(" ".join([stamp, *words])))
-        yield place, stamp, stamp_ns, values
-
-
-def _nanoseconds(text: str) -> int:
-    """Exact: a stamp of 1970's clock has more digits than a float."""
-    seconds = Decimal(text)
+        seconds = Decimal(text)
+    except InvalidOperation:
+        return None
     if not seconds.is_finite() or abs(seconds) > 2**33:
-        raise ValueError(text)
+        return None
     return int((seconds * NANOSECONDS).to_integral_value())

@@ -22,16 +22,18 @@ from palpate.capture.discover import BACKGROUND, NOT_OBJECTS
 from palpate.capture.experiments import check_tracked
 from palpate.capture.files import whole_folder, write_text
 from palpate.capture.images import count_m, write_image
-from palpate.capture.importing.frames import NS_PER_MS, Pairs, frames_of
 from palpate.capture.importing.optics import sensor_of
 from palpate.capture.importing.pixels import METRES
 from palpate.capture.importing.pose_files import Poses
 from palpate.capture.importing.recording import (
     NANOSECONDS,
+    NS_PER_MS,
     Content,
     ForceTable,
+    Pairs,
     Recording,
     Request,
+    frames_of,
     mismatch,
     progress,
 )
