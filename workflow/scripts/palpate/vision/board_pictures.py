@@ -1,7 +1,7 @@
 """Pictures of a target in folders, as people keep them: one folder for each camera."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import cv2
@@ -15,7 +15,6 @@ from palpate.capture.tables import read_frames
 from palpate.config.sensor import said_of_base
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import camera_from_spec
-from palpate.vision.hand_eye_problem import Views
 from palpate.vision.marker import CornerFollower
 from palpate.vision.pose import candidate_poses, settle
 from palpate.yaml_files import one_line
@@ -145,6 +144,34 @@ def _grey(image: NDArray) -> NDArray:
         return image
     white = max(float(np.percentile(image, GLINTS_PERCENT)), 1.0)
     return np.clip(image * (255 / white), 0, 255).astype(np.uint8)
+
+
+@dataclass(frozen=True)
+class Views:
+    """Poses in which a camera saw the target, in the order of time.
+
+    Attributes
+    ----------
+    names : (n,) array of str
+    corners_px : (n, k, 2) array
+        Of the target, NaN where one is not seen [px].
+    camera_from_target, base_from_tracked : (n, 4, 4) arrays
+        By the corners of each view, and by the record of poses.
+    std, speed : (n, 6) arrays
+        Deviations of `base_from_tracked` and its changes in a second: a rotation vector applied in
+        the base frame, and the shift [rad, m].
+    """
+
+    names: NDArray
+    corners_px: NDArray
+    camera_from_target: NDArray
+    base_from_tracked: NDArray
+    std: NDArray
+    speed: NDArray
+
+    def some(self, kept: NDArray) -> "Views":
+        """Those of a mask."""
+        return Views(*(getattr(self, field.name)[kept] for field in fields(self)))
 
 
 def tracked_views(folder: str | Path, sensor: Mapping, board: FlatBoard) -> Views:

@@ -6,7 +6,6 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.units import MILLIMETRES, PERCENT
 from palpate.vision.calibration import Calibration
