@@ -83,10 +83,10 @@ def tip_off_m(probe):
 
 def pose_in(grey, board, refine=None):
     """Pose of the board in one image."""
-    [(pose, refined)] = board_poses(
+    [pose] = board_poses(
         [(board.find(grey), grey)], CAMERA, board, threshold_px=0.25, refine=refine
     )
-    assert refined == (refine is not None)
+    assert pose.refined == (refine is not None)
     return pose
 
 

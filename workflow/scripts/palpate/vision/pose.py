@@ -41,15 +41,18 @@ class MarkerPose:
     covariance : (6, 6) array
         Of a rotation vector applied in the camera frame and of the origin's place [rad, m].
     inliers : int
-        Corners that RANSAC kept.
+        Corners that RANSAC kept; 0 of a pose that is not from corners.
     reprojection_error_px : float
         Root mean square over the inliers [px].
+    refined : bool
+        Whether it is from the picture of all that is printed.
     """
 
     camera_from_marker: NDArray
     covariance: NDArray
-    inliers: int
-    reprojection_error_px: float
+    inliers: int = 0
+    reprojection_error_px: float = np.nan
+    refined: bool = False
 
 
 def candidate_poses(
