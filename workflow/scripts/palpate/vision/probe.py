@@ -13,7 +13,7 @@ from palpate.capture.poses import LARGEST_GAP_S, PoseRecord
 from palpate.config.sensor import asks_for_base, said_of_base
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera, camera_from_spec
-from palpate.vision.kalman import filter_tip
+from palpate.vision.kalman import MEASUREMENT_STD_M, smooth_tip
 from palpate.vision.marker import CornerFollower, board_of
 from palpate.vision.options import ProbePose
 from palpate.vision.photometric import BoardRefiner
@@ -118,8 +118,8 @@ def pose_table(
     table[RAW_TIP] = tips[:, :3, 3]
     table[TIP_STD] = [_tip_std(pose, fixed) for pose in poses]
     measured = np.where(table[["detected"]] == 1, tips[:, :3, 3], np.nan)
-    std_m = table[TIP_STD[:3]].to_numpy(float)
-    table[TIP] = filter_tip(np.asarray(time_s), measured, std_m, options.filter)
+    std_m = np.hypot(np.nan_to_num(table[TIP_STD[:3]].to_numpy(float)), MEASUREMENT_STD_M)
+    table[TIP] = smooth_tip(np.asarray(time_s), measured, std_m)
     table[AXIS] = tips[:, :3, 2]
     return table
 
