@@ -209,10 +209,8 @@ def projected(
 
 def by_turn(places: NDArray) -> NDArray:
     """Derivatives of places (..., 3) by a rotation vector before them, (..., 3, 3)."""
-    x, y, z = np.moveaxis(places, -1, 0)
-    zero = np.zeros_like(x)
-    rows = (np.stack(row, axis=-1) for row in ((zero, z, -y), (-z, zero, x), (y, -x, zero)))
-    return np.stack(list(rows), axis=-2)
+    by = np.cross(np.eye(3), places[..., None, :]).swapaxes(-1, -2)
+    return np.ascontiguousarray(by)
 
 
 def averages(table: pd.DataFrame) -> pd.DataFrame:
