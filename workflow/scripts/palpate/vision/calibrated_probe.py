@@ -135,7 +135,13 @@ def _with_payload(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping:
     """
     taken = dict(spec)
     if spec.get("load") == CALIBRATION:
-        taken["load"] = _payload(path, fields) | {"origin": CALIBRATED}
+        mass, name = ("mass_kg", "mass_std_kg"), "centre_of_mass_m"
+        load = {key: float(numbers_of(path, fields, key, ())) for key in mass}
+        load[name] = numbers_of(path, fields, name, (3,)).tolist()
+        variance = np.diag(numbers_of(path, fields, "covariance", (13, 13)))[CENTRE].max()
+        _require_determined(path, "mass_kg", load["mass_std_kg"], MASS_KG, 1e3, "g")
+        _require_determined(path, name, np.sqrt(variance), CENTRE_M, MILLIMETRES, "mm")
+        taken["load"] = load | {"origin": CALIBRATED}
     if spec.get("axes") == CALIBRATION:
         transform = np.array(spec["marker_from_force"], dtype=float)
         transform[:3, :3], std_rad = _axes(path, fields, transform[:3, :3])
@@ -144,15 +150,6 @@ def _with_payload(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping:
         if COVARIANCE in spec or spec.get("tip") == CALIBRATION:
             taken = with_tip_at(taken, marker_from_tip(spec)[:3, 3])
     return taken
-
-
-def _payload(path: str | Path, fields: Mapping) -> dict:
-    mass_kg, std_kg = (float(numbers_of(path, fields, k, ())) for k in ("mass_kg", "mass_std_kg"))
-    centre_m, name = numbers_of(path, fields, "centre_of_mass_m", (3,)), "centre_of_mass_m"
-    variance = np.diag(numbers_of(path, fields, "covariance", (13, 13)))[CENTRE].max()
-    _require_determined(path, "mass_kg", std_kg, MASS_KG, 1e3, "g")
-    _require_determined(path, name, np.sqrt(variance), CENTRE_M, MILLIMETRES, "mm")
-    return {"mass_kg": mass_kg, "mass_std_kg": std_kg, name: centre_m.tolist()}
 
 
 def _axes(path: str | Path, fields: Mapping, stated: NDArray) -> tuple[NDArray, float]:

@@ -173,8 +173,17 @@ def find_hand_eye(
         kept = squares <= scale * chi2.isf(UNLIKELY, 6)
         if np.array_equal(kept, before) or kept.sum() < FEWEST_POSES:
             break
-    off_m = np.linalg.norm(part.off[:, 3:], axis=1)
-    _check(off_m, kept)
+    off_m, found = np.linalg.norm(part.off[:, 3:], axis=1), ""
+    if kept.sum() < max(FEWEST_POSES, (1 - MOST_LEFT_OUT) * count):
+        found = f"{count - kept.sum()} of {count} elsewhere"
+    elif (rms_m := float(np.sqrt((off_m[kept] ** 2).mean()))) > LARGEST_OFF_M:
+        found = f"them {rms_m * MILLIMETRES:.2g} mm apart"
+    if found:
+        raise ValueError(
+            f"poses: expected camera and target at rest in their frames, found {found} (a loose"
+            " target, a camera that moved, clocks apart, poses in another unit, quaternions in"
+            " another order, another base?)"
+        )
     free = 6 * kept.sum() - 12
     worse = squares[kept].sum() / free
     worse = worse if worse > chi2.isf(UNLIKELY, free) / free else 1.0
@@ -201,21 +210,6 @@ def find_hand_eye(
         left_out_m={str(views.names[k]): float(off_m[k]) for k in np.flatnonzero(~kept)},
         turn_deg=turn_deg,
     )
-
-
-def _check(off_m: NDArray, kept: NDArray) -> None:
-    """Reject views that no camera and no target at rest in their frames explain."""
-    count, found = len(kept), ""
-    if kept.sum() < max(FEWEST_POSES, (1 - MOST_LEFT_OUT) * count):
-        found = f"{count - kept.sum()} of {count} elsewhere"
-    elif (rms_m := float(np.sqrt((off_m[kept] ** 2).mean()))) > LARGEST_OFF_M:
-        found = f"them {rms_m * MILLIMETRES:.2g} mm apart"
-    if found:
-        raise ValueError(
-            f"poses: expected camera and target at rest in their frames, found {found} (a loose"
-            " target, a camera that moved, clocks apart, poses in another unit, quaternions in"
-            " another order, another base?)"
-        )
 
 
 class _Linear(NamedTuple):

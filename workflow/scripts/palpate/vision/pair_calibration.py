@@ -124,7 +124,13 @@ def calibrate_pair(
         for seen, size, name in zip((first, second), sizes_px, names, strict=True)
     ]
     shared = _shared(alone)
-    transform = vector_of(_most_common(alone, shared))
+    # The one that a single pair gives and to which most others are near.
+    poses, other = (np.array([one.camera_from_board[v] for v in shared]) for one in alone)
+    single = other @ np.linalg.inv(poses)
+    shifts, turns = single[:, :3, 3] / np.median(poses[:, 2, 3]), single[:, :3, :3]
+    cosines = (np.tensordot(turns, turns, ((1, 2), (1, 2))) - 1) / 2
+    apart = np.linalg.norm(shifts[:, None] - shifts, axis=2) + np.arccos(np.clip(cosines, -1, 1))
+    transform = vector_of(single[np.median(apart, axis=1).argmin()])
     rejected: dict[str, str] = {}
     while True:
         pairs = [view for view in shared if view not in rejected]
@@ -204,14 +210,3 @@ def _disagreeing(fit: Problem) -> dict[str, str]:
         for view, own, k, bad in zip(pairs.names, errors, times.argmax(axis=1), worse, strict=True)
         if bad
     }
-
-
-def _most_common(alone: Sequence[Calibration], pairs: Sequence[str]) -> NDArray:
-    """The transform that a single pair gives and to which most others are near, (4, 4)."""
-    first, second = (np.array([one.camera_from_board[v] for v in pairs]) for one in alone)
-    found = second @ np.linalg.inv(first)
-    shifts = found[:, :3, 3] / np.median(first[:, 2, 3])
-    turns = found[:, :3, :3]
-    cosines = (np.tensordot(turns, turns, ((1, 2), (1, 2))) - 1) / 2
-    apart = np.linalg.norm(shifts[:, None] - shifts, axis=2) + np.arccos(np.clip(cosines, -1, 1))
-    return found[np.median(apart, axis=1).argmin()]
