@@ -46,7 +46,21 @@ def camera_verdict(found: Calibration) -> Verdict:
         "principal point": (centre <= CENTRE_SHARE * camera.fx_px, f"to {centre:.2g} px"),
         "distortion": (far >= REACH, way),
     }
-    return _verdict(parts, *_tilt(found), *_edges(found))
+    ahead, warnings = [abs(pose[2, 2]) for pose in found.camera_from_board.values()], []
+    most = float(np.arccos(np.clip(min(ahead), 0, 1)))
+    if most < LEAST_TILT_RAD:
+        tilt = f"no target tilts by more than {np.rad2deg(most):.0f} degrees"
+        warnings.append(f"{tilt}: tilt it by 30")
+    places = found.fit.points_m[:, :2]
+    inside = ((places > places.min(axis=0)) & (places < places.max(axis=0))).all(axis=1)
+    off = found.fit.distances()[:, 0]
+    edge, middle = (float(np.nanmedian(off[:, part])) for part in (~inside, inside))
+    if edge > EDGE_FACTOR * middle:
+        off = (
+            f"corners at the board's edge are off by {edge:.2f} px, those within it by {middle:.2f}"
+        )
+        warnings.append(f"{off}: leave more white around it, and hold it flat")
+    return _verdict(parts, *warnings)
 
 
 def pair_verdict(found: PairCalibration) -> Verdict:
@@ -83,29 +97,6 @@ def _reach(found: Calibration) -> float:
     nearest = (away @ (towards / lengths[:, None]).T).argmax(axis=1)
     shares = np.hypot(*away.T) / lengths[nearest]
     return float(min(shares[nearest == k].max(initial=0) for k in range(len(towards))))
-
-
-def _tilt(found: Calibration) -> list[str]:
-    """A line if no board is tilted."""
-    ahead = [abs(pose[2, 2]) for pose in found.camera_from_board.values()]
-    most = float(np.arccos(np.clip(min(ahead), 0, 1)))
-    if most >= LEAST_TILT_RAD:
-        return []
-    return [f"no target tilts by more than {np.rad2deg(most):.0f} degrees: tilt it by 30"]
-
-
-def _edges(found: Calibration) -> list[str]:
-    """A line if the corners at the board's edge are worse than those within it."""
-    places = found.fit.points_m[:, :2]
-    inside = ((places > places.min(axis=0)) & (places < places.max(axis=0))).all(axis=1)
-    off = found.fit.distances()[:, 0]
-    edge, middle = (float(np.nanmedian(off[:, part])) for part in (~inside, inside))
-    if not edge > EDGE_FACTOR * middle:
-        return []
-    return [
-        f"corners at the board's edge are off by {edge:.2f} px, those within it by {middle:.2f}:"
-        " leave more white around it, and hold it flat"
-    ]
 
 
 def pair_fields(

@@ -192,7 +192,11 @@ def static_poses(table: pd.DataFrame, record: pd.DataFrame, probe: Mapping) -> S
     _, wrench = wrenches(record, probe)
     time_s, frame_s = (of["time_s"].to_numpy(float) for of in (record, table))
     turns, frame = marker_transforms(table)[:, :3, :3], table["frame"].to_numpy()
-    steps, size = _steps(wrench), max(1, round(BLOCK_S / float(np.median(np.diff(time_s)))))
+    # Smallest step of each channel; of one that never changes, the largest of its kind.
+    changes = (np.diff(np.unique(channel)) for channel in wrench.T)
+    each = np.array([of.min() if len(of) else 0.0 for of in changes]).reshape(2, 3)
+    steps = np.where(each > 0, each, each.max(axis=1, keepdims=True)).ravel()
+    size = max(1, round(BLOCK_S / float(np.median(np.diff(time_s)))))
     found, shakes = [], []
     for first, last in _still(frame_s, turns):
         start, end = frame_s[first] + MARGIN_S, frame_s[last] - MARGIN_S
@@ -218,13 +222,6 @@ def static_poses(table: pd.DataFrame, record: pd.DataFrame, probe: Mapping) -> S
     least = np.where(coarse, steps / np.sqrt(12), 0)
     noise = np.maximum(np.sqrt(np.mean(squares, axis=0)), least)
     return StaticPoses(names, np.array(rotations), np.array(readings), noise)
-
-
-def _steps(wrench: NDArray) -> NDArray:
-    """Smallest step of each channel, (6,); of one that never changes, the largest of its kind."""
-    changes = (np.diff(np.unique(channel)) for channel in wrench.T)
-    each = np.array([found.min() if len(found) else 0.0 for found in changes]).reshape(2, 3)
-    return np.where(each > 0, each, each.max(axis=1, keepdims=True)).ravel()
 
 
 def _still(time_s: NDArray, turns: NDArray) -> list[tuple[int, int]]:

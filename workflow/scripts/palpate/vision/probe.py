@@ -105,7 +105,12 @@ def pose_table(
     """
     fixed = marker_from_tip(probe)
     _check_gaps(poses, options.largest_gap_frames, sought)
-    transforms = _bridged(np.asarray(time_s), poses)
+    time_s = np.asarray(time_s)
+    seen = [k for k, pose in enumerate(poses) if pose is not None]
+    transforms = np.stack([poses[k].camera_from_marker for k in seen])
+    if len(seen) < len(poses):
+        record = PoseRecord(time_s[seen], transforms, np.full(len(seen), np.nan))
+        transforms = record.at(time_s, largest_gap_s=np.inf)[0]
     tips = transforms @ fixed
     table = pd.DataFrame({"frame": range(len(poses)), "time_s": time_s})
     table["detected"] = [int(pose is not None) for pose in poses]
@@ -119,7 +124,7 @@ def pose_table(
     table[TIP_STD] = [_tip_std(pose, fixed) for pose in poses]
     measured = np.where(table[["detected"]] == 1, tips[:, :3, 3], np.nan)
     std_m = np.hypot(np.nan_to_num(table[TIP_STD[:3]].to_numpy(float)), MEASUREMENT_STD_M)
-    table[TIP] = smooth_tip(np.asarray(time_s), measured, std_m)
+    table[TIP] = smooth_tip(time_s, measured, std_m)
     table[AXIS] = tips[:, :3, 2]
     return table
 
@@ -330,13 +335,3 @@ def _check_gaps(poses: Sequence[MarkerPose | None], largest: int, sought: str) -
             f"{subject}: expected to be lost for at most {largest} frames at a time,"
             f" found it lost in frames {longest[0]} to {longest[-1]}"
         )
-
-
-def _bridged(time_s: NDArray, poses: Sequence[MarkerPose | None]) -> NDArray:
-    """Transforms of all frames, those without a marker interpolated between their neighbours."""
-    seen = [k for k, pose in enumerate(poses) if pose is not None]
-    known = np.stack([poses[k].camera_from_marker for k in seen])
-    if len(seen) == len(poses):
-        return known
-    record = PoseRecord(time_s[seen], known, np.full(len(seen), np.nan))
-    return record.at(time_s, largest_gap_s=np.inf)[0]
