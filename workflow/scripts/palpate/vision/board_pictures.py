@@ -91,9 +91,8 @@ def _pictures(folder: Path) -> dict[str, Path]:
 def _found(folder: Path, files: Mapping[str, Path], board: FlatBoard) -> BoardPictures:
     images, coloured = {}, False
     for name, path in files.items():
-        image = _read(path)
-        coloured |= image.ndim == 3
-        images[name] = _grey(image)
+        images[name], has_colours = _grey(path)
+        coloured |= has_colours
         (height, width), (h, w) = next(iter(images.values())).shape, images[name].shape
         if (height, width) != (h, w):
             raise ValueError(
@@ -126,24 +125,21 @@ def board_in(
     return BoardPictures(source, corners, missing, (width, height), coloured)
 
 
-def _read(path: Path) -> NDArray:
+def _grey(path: Path) -> tuple[NDArray, bool]:
+    """Eight bits of grey, and whether the file has colours."""
     content = np.frombuffer(path.read_bytes(), dtype=np.uint8)
     image = cv2.imdecode(content, cv2.IMREAD_UNCHANGED) if len(content) else None
     if image is None or image.dtype not in (np.uint8, np.uint16):
         raise ValueError(
             one_line(f"{path}: picture: expected PNG, TIFF or JPEG, found one that can't be read")
         )
-    return image
-
-
-def _grey(image: NDArray) -> NDArray:
-    """Eight bits of grey."""
-    if image.ndim == 3:
+    coloured = image.ndim == 3
+    if coloured:
         image = cv2.cvtColor(image[..., :3], cv2.COLOR_BGR2GRAY)
-    if image.dtype == np.uint8:
-        return image
-    white = max(float(np.percentile(image, GLINTS_PERCENT)), 1.0)
-    return np.clip(image * (255 / white), 0, 255).astype(np.uint8)
+    if image.dtype != np.uint8:
+        white = max(float(np.percentile(image, GLINTS_PERCENT)), 1.0)
+        image = np.clip(image * (255 / white), 0, 255).astype(np.uint8)
+    return image, coloured
 
 
 @dataclass(frozen=True)

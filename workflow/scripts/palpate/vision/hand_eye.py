@@ -269,7 +269,11 @@ def _fitted(
     white = np.linalg.inv(np.linalg.cholesky(_linear(views, board, camera, frames).spread))
 
     def stepped(x: NDArray) -> Frames:
-        return *(map(_stepped, frames[:2], (x[CAMERA], x[TARGET]))), float(x[CLOCK])
+        found = []
+        for frame, step in zip(frames[:2], (x[CAMERA], x[TARGET]), strict=True):
+            found.append(matrix_of(np.append(step[:3], np.zeros(3))) @ frame)
+            found[-1][:3, 3] = frame[:3, 3] + step[3:]
+        return *found, float(x[CLOCK])
 
     @lru_cache(maxsize=1)
     def at(*x: float) -> _Linear:
@@ -283,14 +287,6 @@ def _fitted(
 
     start = np.append(np.zeros(CLOCK), frames[2])
     return stepped(least_squares(off, start, by, method="lm").x)
-
-
-def _stepped(frame: NDArray, step: NDArray) -> NDArray:
-    """A frame (4, 4) after a rotation vector and a shift (6,) of it."""
-    turn = matrix_of(np.append(step[:3], np.zeros(3)))
-    moved = turn @ frame
-    moved[:3, 3] = frame[:3, 3] + step[3:]
-    return moved
 
 
 def _first_frames(views: Views, points_m: NDArray) -> tuple[Frames, NDArray]:

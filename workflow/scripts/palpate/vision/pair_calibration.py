@@ -1,6 +1,6 @@
 """Two cameras and the transform between them in one refinement (Section 4.1.4, Eq. 4.11)."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -123,7 +123,12 @@ def calibrate_pair(
         calibrate_camera(seen, board, size, name=name)
         for seen, size, name in zip((first, second), sizes_px, names, strict=True)
     ]
-    shared = _shared(alone)
+    shared = [view for view in alone[0].fit.names if view in alone[1].fit.names]
+    if len(shared) < FEWEST_VIEWS:
+        raise ValueError(
+            f"calibration: expected at least {FEWEST_VIEWS} views of the board that both cameras"
+            f" see, found {len(shared)}"
+        )
     # The one that a single pair gives and to which most others are near.
     poses, other = (np.array([one.camera_from_board[v] for v in shared]) for one in alone)
     single = other @ np.linalg.inv(poses)
@@ -150,17 +155,6 @@ def calibrate_pair(
         for k in (0, 1)
     )
     return PairCalibration(fit, spread, cameras, rejected)
-
-
-def _shared(alone: Sequence[Calibration]) -> list[str]:
-    """Views that count in both cameras; enough of them, or a `ValueError`."""
-    shared = [view for view in alone[0].fit.names if view in alone[1].fit.names]
-    if len(shared) < FEWEST_VIEWS:
-        raise ValueError(
-            f"calibration: expected at least {FEWEST_VIEWS} views of the board that both cameras"
-            f" see, found {len(shared)}"
-        )
-    return shared
 
 
 def _joined(a: Problem, b: Problem, transform: NDArray, pairs: Collection[str]) -> Problem:

@@ -132,7 +132,13 @@ def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None
         )
         if place:
             before = seen[place - 1]
-            steps = _turn_costs(candidates[before], candidates[k]) / (k - before) ** 2
+            first, second = (
+                np.stack([pose.camera_from_marker[:3, :3] for pose in candidates[frame]])
+                for frame in (before, k)
+            )
+            cosine = (np.einsum("aij,bij->ab", first, second) - 1) / 2
+            turns = np.arccos(np.clip(cosine, -1, 1)) / OPERATOR_TURN_RAD
+            steps = turns**2 / (k - before) ** 2
             paths = costs[-1][:, None] + np.minimum(steps, DEAREST_STEP)
             origins.append(paths.argmin(axis=0))
             misfit = misfit + paths.min(axis=0)
@@ -142,15 +148,6 @@ def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None
         chosen[seen[place]] = candidates[seen[place]][best]
         best = int(origins[place - 1][best]) if place else best
     return chosen
-
-
-def _turn_costs(before: Sequence[MarkerPose], after: Sequence[MarkerPose]) -> NDArray:
-    """Cost of each step from one frame's candidates to the next's."""
-    first, second = (
-        np.stack([pose.camera_from_marker[:3, :3] for pose in poses]) for poses in (before, after)
-    )
-    cosine = (np.einsum("aij,bij->ab", first, second) - 1) / 2
-    return (np.arccos(np.clip(cosine, -1, 1)) / OPERATOR_TURN_RAD) ** 2
 
 
 def point_covariance(camera_from_marker: NDArray, covariance: NDArray, point_m: NDArray) -> NDArray:
