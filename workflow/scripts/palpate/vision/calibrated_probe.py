@@ -11,9 +11,8 @@ from scipy.spatial.transform import Rotation
 from palpate.config.probe import asked, require_met
 from palpate.config.sensor import (
     CALIBRATION,
-    FARTHEST_BASE_M,
     HAND_EYE,
-    LARGEST_BASE_STD,
+    BaseSpec,
     asks_for_base,
     covariance_fault,
     rigid_fault,
@@ -87,16 +86,9 @@ def placed_sensor(spec: Mapping, paths: Sequence[str | Path]) -> Mapping:
     fields = read_fields(path)
     if fields.get("sensor", spec["sensor"]) != spec["sensor"]:
         raise ValueError(f"{path}: sensor: expected {spec['sensor']}, found {fields['sensor']}")
-    transform = numbers_of(path, fields, "camera_from_base", (4, 4)).tolist()
-    if fault := rigid_fault(transform, FARTHEST_BASE_M):
-        raise ValueError(
-            f"{path}: camera_from_base: expected a rotation and a shift, found {fault}"
-        )
-    covariance = numbers_of(path, fields, "covariance", (6, 6)).tolist()
-    if fault := covariance_fault(covariance, LARGEST_BASE_STD, "rad or m"):
-        raise ValueError(f"{path}: covariance: {fault} (its verdict says what would determine it)")
-    found = {"camera_from_base": transform, "covariance": covariance, "origin": CALIBRATED}
-    return dict(spec) | {"base": dict(spec["base"]) | found}
+    found = {name: fields.get(name) for name in ("camera_from_base", "covariance")}
+    BaseSpec.read(found, str(path))
+    return dict(spec) | {"base": dict(spec["base"]) | found | {"origin": CALIBRATED}}
 
 
 def with_tip_at(spec: Mapping, tip_m: NDArray) -> dict:
