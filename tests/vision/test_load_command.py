@@ -8,8 +8,8 @@ import pytest
 import yaml
 from palpate.capture.tables import WRENCH_COLUMNS, write_table
 from palpate.vision.indentation import weight_wrenches
-from palpate.vision.poses_alone import static_poses
 from palpate.vision.probe import marker_columns
+from palpate.vision.probe_recordings import static_poses
 from scipy.spatial.transform import Rotation
 from turned_handle import held_free
 

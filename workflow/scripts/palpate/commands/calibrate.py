@@ -35,7 +35,8 @@ from palpate.vision.marker import board_of
 from palpate.vision.options import Force, ProbePose
 from palpate.vision.payload import BIAS_N, BIAS_NM, CENTRE, Payload, find_payload
 from palpate.vision.pivot import Pivot, find_pivot, recorded_pivot
-from palpate.vision.poses_alone import (
+from palpate.vision.probe import marker_from_tip, marker_transforms
+from palpate.vision.probe_recordings import (
     BASE_UP,
     StaticPoses,
     stated_poses,
@@ -43,7 +44,6 @@ from palpate.vision.poses_alone import (
     tracked_table,
     turns_of,
 )
-from palpate.vision.probe import marker_from_tip, marker_transforms
 from palpate.vision.support_plane import read_plane
 from palpate.yaml_files import load_yaml
 

@@ -13,7 +13,7 @@ from scipy.special import fdtrc
 from palpate.units import GRAVITY_M_S2, MILLIMETRES, MILLINEWTONS, PERCENT
 from palpate.vision.force import STRONGEST_N
 from palpate.vision.pivot import largest_std
-from palpate.vision.poses_alone import StaticPoses
+from palpate.vision.probe_recordings import StaticPoses
 
 FEWEST_POSES = 6
 # Root mean square by which the vertical must turn about two axes of the handle; one that is held
