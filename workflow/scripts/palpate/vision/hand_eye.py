@@ -25,6 +25,8 @@ from palpate.vision.pose import CORNER_NOISE_PX, by_turn, point_covariance, proj
 
 # Three poses about two axes determine the unknowns; so many show whether one of them is off.
 FEWEST_POSES, WANTED_POSES = 3, 12
+# Below, root mean square, turns are about one axis; above, the deviations judge.
+LEAST_TURN_DEG = 2.0
 # The start is the best of closed forms of so many views, and most views are within so many medians.
 START_VIEWS, TRIES, START_OUT = 4, 20, 6.0
 # Deviations of what is known of the frames before any pose [rad, m].
@@ -162,7 +164,8 @@ def find_hand_eye(
     if (count := len(views.names)) < FEWEST_POSES:
         raise ValueError(f"poses: expected at least {FEWEST_POSES} with the target, found {count}")
     turns = views.base_from_tracked[:, :3, :3].transpose(0, 2, 1)
-    turn_deg = require_turn(turns, "target", "the camera's place along {} of the base")
+    place = "the camera's place along {} of the base"
+    turn_deg = require_turn(turns, LEAST_TURN_DEG, "target", place)
     frames, kept = _first_frames(views, board.points_m)
     weak = np.append(VAGUE, clock_std_s)
     for _ in range(MOST_ROUNDS):

@@ -317,7 +317,10 @@ def alike(off: NDArray, least: float = LEAST_SHARED) -> float:
 
 
 def require_turn(
-    rotations: NDArray, what: str = "handle", place: str = "the tip's place along {} of the board"
+    rotations: NDArray,
+    least_deg: float = LEAST_TURN_DEG,
+    what: str = "handle",
+    place: str = "the tip's place along {} of the board",
 ) -> NDArray:
     """Root mean square turns of a target's directions (3,) [degrees], the least first.
 
@@ -326,16 +329,16 @@ def require_turn(
     """
     turn, directions = turned(rotations)
     least, middle, _ = turn_deg = np.degrees(turn)
-    if least >= LEAST_TURN_DEG:
+    if least >= least_deg:
         return turn_deg
     found = f"{middle:.1f} (root mean square)"
-    if middle >= LEAST_TURN_DEG:
+    if middle >= least_deg:
         axis = directions[0] * np.sign(directions[0, np.abs(directions[0]).argmax()])
         along = ", ".join(f"{value:.2f}" for value in axis)
         found = f"{middle:.1f} about one axis and {least:.1f} about others (root mean square):"
         found += f" {place.format(f'({along})')} is not determined"
     raise ValueError(
-        f"poses: expected the {what} to turn by {LEAST_TURN_DEG:g} degrees or more, found {found};"
+        f"poses: expected the {what} to turn by {least_deg:g} degrees or more, found {found};"
         f" tilt it by {WANTED_TILT_DEG} degrees to all sides"
     )
 
