@@ -8,7 +8,7 @@ from palpate.capture.clouds import read_cloud
 from palpate.capture.poses import PoseRecord, write_poses
 from palpate.capture.tables import WRENCH_COLUMNS, write_force, write_frames
 from palpate.config.sensor import SensorSpec
-from palpate.vision.examine_frames import examine_frames
+from palpate.examine import examine_frames
 
 SENSOR = {"sensor": "zivid", "kind": "cloud", "cloud": {"unit": "m"}, "range_m": [0.2, 2.0]}
 SENSOR |= {"base": {"camera_from_base": np.eye(4).tolist()}}

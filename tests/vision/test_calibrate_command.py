@@ -54,7 +54,6 @@ def test_one_camera(folders, given):
     assert blocks["color"]["encoding"] == "mono8"
     assert "7 of 7 pictures count" in text
     assert "#   focal length: determined, to" in text
-    assert "# next: hold the board" in text
     fits(blocks)
 
 

@@ -1,11 +1,11 @@
-"""What a calibration's views determine, and where to hold the board next."""
+"""What a calibration's views determine."""
 
 import numpy as np
 import pytest
 from boards_seen import BOARD, LEFT, RIGHT, RIGHT_FROM_LEFT, SIZE_PX, poses, seen
 from palpate.vision.board import Board
 from palpate.vision.calibration import calibrate_camera
-from palpate.vision.calibration_report import camera_verdict, next_view, pair_verdict
+from palpate.vision.calibration_report import camera_verdict, pair_verdict
 from palpate.vision.pair_calibration import calibrate_pair
 from scipy.spatial.transform import Rotation
 
@@ -34,12 +34,8 @@ def test_good_views_determine_all():
 
 def test_boards_in_the_middle_do_not_determine_the_distortion():
     found = calibrated(tilted(30))
-    assert camera_verdict(found).determined == {
-        "focal length": True,
-        "principal point": True,
-        "distortion": False,
-    }
-    assert "corner" in next_view(found)
+    determined = {"focal length": True, "principal point": True, "distortion": False}
+    assert camera_verdict(found).determined == determined
 
 
 def test_boards_that_are_hardly_tilted_do_not_determine_the_focal_length():
@@ -47,7 +43,6 @@ def test_boards_that_are_hardly_tilted_do_not_determine_the_focal_length():
     verdict = camera_verdict(found)
     assert not verdict.determined["focal length"]
     assert "no target tilts by more than 6 degrees" in verdict.lines[-1]
-    assert "30 degrees nearer" in next_view(found)
 
 
 def test_bad_corners_at_the_boards_edge():
@@ -68,16 +63,3 @@ def test_whether_the_transform_is_determined(noise_px, determined):
     second = seen(BOARD, poses(10), RIGHT, RIGHT_FROM_LEFT, noise_px=noise_px, seed=2)
     pair = calibrate_pair(first, second, BOARD, (SIZE_PX, SIZE_PX))
     assert all(pair_verdict(pair).determined.values()) == determined
-    assert "the translation's standard error" in next_view(pair)
-
-
-def test_the_view_that_is_asked_for_does_what_was_promised():
-    """Among many random views none does more, and a tilted one is asked for."""
-    views = tilted(15)
-    found = calibrated(views, noise_px=0.05)
-    promised = float(next_view(found).split(" to ")[-1].split()[0])
-    after = [
-        calibrated(views | {"more": pose}, noise_px=0.05).standard_errors["fx_px"]
-        for pose in poses(5, seed=9).values()
-    ]
-    assert promised < min(found.standard_errors["fx_px"], 1.05 * min(after))

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pandas as pd
 import pytest
-from palpate.vision.examine_frames import examine_frames, examine_scene
+from palpate.examine import examine_frames, examine_scene
 
 SENSOR = {
     "kind": "depth",

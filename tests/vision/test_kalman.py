@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
-from palpate.vision.kalman import filter_tip, study_filter
-from palpate.vision.options import PoseFilter
+from palpate.vision.kalman import smooth_tip, study_filter
 
 
 def smoothed(time_s, values, std, acceleration_m_s2):
     """One coordinate, with deviations that hold all of the measurements' errors."""
-    options = PoseFilter(measurement_std_m=1e-9, acceleration_std_m_s2=acceleration_m_s2)
     tips, stds = (np.column_stack([column] * 3) for column in (values, std))
-    return filter_tip(time_s, tips, stds, options)[:, 1]
+    return smooth_tip(time_s, tips, stds, acceleration_std_m_s2=acceleration_m_s2)[:, 1]
 
 
 def test_study_filter_by_hand():
@@ -67,12 +65,3 @@ def test_frames_that_are_known_better_count_more():
     std[::4] = 1e-5
     noisy = np.random.default_rng(1).normal(0, std)
     assert np.abs(smoothed(time_s, noisy, std, 0.005)).max() < 1e-4
-
-
-@pytest.mark.parametrize("method", ["study", "none"])
-def test_filters_bridge_gaps(method):
-    path = np.column_stack([np.arange(6.0)] * 3)
-    expected = study_filter(path) if method == "study" else path.copy()
-    path[2] = np.nan
-    options = PoseFilter(method=method)
-    assert filter_tip(np.arange(6.0), path, np.zeros_like(path), options) == pytest.approx(expected)

@@ -9,7 +9,7 @@ import yaml
 from palpate.capture.tables import WRENCH_COLUMNS, write_table
 from palpate.vision.indentation import weight_wrenches
 from palpate.vision.probe import marker_columns
-from palpate.vision.static_poses import static_poses
+from palpate.vision.probe_recordings import static_poses
 from scipy.spatial.transform import Rotation
 from turned_handle import held_free
 

@@ -9,7 +9,7 @@ from palpate.vision.board import Board
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.corners import Region
 from palpate.vision.marker import board_of, expected_region
-from palpate.vision.options import PoseFilter, ProbePose
+from palpate.vision.options import ProbePose
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import candidate_poses, point_covariance, settle
 from palpate.vision.probe import TIP, TIP_STD, board_poses, marker_from_tip, track_probe
@@ -83,10 +83,10 @@ def tip_off_m(probe):
 
 def pose_in(grey, board, refine=None):
     """Pose of the board in one image."""
-    [(pose, refined)] = board_poses(
+    [pose] = board_poses(
         [(board.find(grey), grey)], CAMERA, board, threshold_px=0.25, refine=refine
     )
-    assert refined == (refine is not None)
+    assert pose.refined == (refine is not None)
     return pose
 
 
@@ -218,11 +218,7 @@ def test_a_lens_that_bends_costs_no_corner_in_a_region():
 
 
 def tracked(images, probe, largest_gap_frames, refinement="corners"):
-    options = ProbePose(
-        refinement=refinement,
-        largest_gap_frames=largest_gap_frames,
-        filter=PoseFilter(method="none"),
-    )
+    options = ProbePose(refinement=refinement, largest_gap_frames=largest_gap_frames)
     return track_probe(images, np.arange(float(len(images))), SENSOR, probe, options)
 
 

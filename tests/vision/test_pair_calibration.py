@@ -72,10 +72,11 @@ def test_a_pair_is_found_whichever_way_up_its_boards_are(sensors, columns):
     colour, infrared = (camera_from_spec(spec[block]) for block in ("color", "depth"))
     truth = np.linalg.inv(np.array(spec["depth"]["color_from_depth"]))
     first, second = seen(board, views, colour), seen(board, views, infrared, truth)
-    if board.ambiguous:
-        for name in list(second)[::3]:
-            second[name] = second[name][::-1]
+    turned = list(second)[::3] if board.ambiguous else []
+    for name in turned:
+        second[name] = second[name][::-1]
     pair = calibrate_pair(first, second, board, SIZES_PX)
+    assert sorted(pair.rejected) == turned
     error = np.linalg.inv(truth) @ pair.second_from_first
     assert np.linalg.norm(error[:3, 3]) < 3e-4
     assert Rotation.from_matrix(error[:3, :3]).magnitude() < np.deg2rad(0.02)

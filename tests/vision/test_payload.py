@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from palpate.vision.indentation import weight_wrenches
 from palpate.vision.payload import find_payload
-from palpate.vision.static_poses import StaticPoses
+from palpate.vision.probe_recordings import StaticPoses
 from scipy.spatial.transform import Rotation
 from turned_handle import held_free
 

@@ -67,7 +67,7 @@ def test_a_table_is_that_of_the_same_poses_by_hand(capture, tool):
     table = table_of(capture, tool)
     poses, _ = read_poses(capture).at(FRAMES_S, largest_gap_s=0.1)
     noise = np.diag([1e-6] * 3 + [2.5e-9] * 3)
-    found = [(MarkerPose(CAMERA_FROM_BASE @ pose, noise, 0, np.nan), False) for pose in poses]
+    found = [MarkerPose(CAMERA_FROM_BASE @ pose, noise) for pose in poses]
     time_s = read_frames(capture)["time_s"].to_numpy()
     by_hand = pose_table(found, time_s, tool, ProbePose(), sought="by hand: poses")
     pd.testing.assert_frame_equal(table, by_hand, check_exact=False, rtol=0, atol=1e-9)

@@ -81,7 +81,7 @@ def tree(tmp_path):
         "palpate/workflow/job.py": "from palpate.workflow import object_inputs, run\n",
         "palpate/workflow/object_inputs.py": "from palpate.config import model\n",
         "palpate/config/model.py": "",
-        "palpate/config/page.py": "",
+        "palpate/config/probe.py": "",
         "palpate/workflow/run.py": "",
         "palpate/workflow/start.py": "",
         "virtual_lab/render.py": "from palpate.vision.camera import Camera\n",
@@ -127,7 +127,7 @@ def digests(root):
         ("palpate/workflow/object_inputs.py", {"track"}),
         ("palpate/workflow/start.py", set()),
         ("palpate/config/model.py", {"track"}),
-        ("palpate/config/page.py", set()),
+        ("palpate/config/probe.py", set()),
         ("palpate/workflow/run.py", set()),
     ],
 )

@@ -6,8 +6,7 @@ import pytest
 import yaml
 from palpate.commands.project import FOR_RUNS, Project
 from palpate.config.model import Count, Model, NotNegative, Positive, option, problems
-from palpate.config.page import rows
-from palpate.workflow.options import Config, as_asked
+from palpate.workflow.options import Config, as_asked, rows
 from thesis.options import StudyConfig, options_page
 
 

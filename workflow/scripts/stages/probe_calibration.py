@@ -10,9 +10,8 @@ from palpate.vision.marker import board_of
 from palpate.vision.options import Force, ProbePose, SupportPlane
 from palpate.vision.payload import find_payload
 from palpate.vision.pivot import find_pivot, recorded_pivot
-from palpate.vision.pose_files import BASE_UP, tracked_table
 from palpate.vision.probe import marker_transforms
-from palpate.vision.static_poses import static_poses
+from palpate.vision.probe_recordings import BASE_UP, static_poses, tracked_table
 from palpate.workflow.job import naming, run
 
 

@@ -34,9 +34,15 @@ from palpate.vision.marker import board_of
 from palpate.vision.options import Force, ProbePose
 from palpate.vision.payload import BIAS_N, BIAS_NM, CENTRE, Payload, find_payload
 from palpate.vision.pivot import Pivot, find_pivot, recorded_pivot
-from palpate.vision.pose_files import BASE_UP, stated_poses, tracked_table, turns_of
 from palpate.vision.probe import marker_from_tip, marker_transforms
-from palpate.vision.static_poses import StaticPoses, static_poses
+from palpate.vision.probe_recordings import (
+    BASE_UP,
+    StaticPoses,
+    stated_poses,
+    static_poses,
+    tracked_table,
+    turns_of,
+)
 from palpate.yaml_files import load_yaml
 
 TIP = """\

@@ -18,7 +18,7 @@ from palpate.vision.board import Board, FlatBoard
 from palpate.vision.board_pictures import BoardPictures, read_pictures
 from palpate.vision.calibration import Calibration, calibrate_camera
 from palpate.vision.calibration_problem import PARAMETERS
-from palpate.vision.calibration_report import camera_verdict, next_view, pair_verdict
+from palpate.vision.calibration_report import camera_verdict, pair_verdict
 from palpate.vision.camera import (
     OPTICS,
     PinholeCamera,
@@ -111,7 +111,7 @@ def _of_pictures(options: argparse.Namespace) -> _Found:
         found = calibrate_pair(*corners, board, sizes, names=names)
         cameras, transform, lines = found.cameras, found.second_from_first, _pair_lines(found)
     report = [line for pair in zip(seen, cameras, strict=True) for line in _lines(*pair)]
-    report += [*lines, f"next: {next_view(found)}"]
+    report += lines
     optics, encoding = [one.camera for one in cameras], "rgb8" if seen[0].coloured else "mono8"
     return _Found(report, _blocks(optics, transform, options.kind, encoding), optics, transform)
 

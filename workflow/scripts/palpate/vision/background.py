@@ -95,7 +95,10 @@ def build_model(frames: Sequence[NDArray], *, false_positive_rate: float) -> Bac
         apart = _left_out(_channels(frame), mean, square, sums, least, count)
         for row, values in zip(counts, apart, strict=True):
             row += np.histogram(values, BIN_EDGES)[0]
-    thresholds = [_quantile(row, 1 - false_positive_rate) for row in counts]
+    # Upper edges of the bins below which the rest of the values lies.
+    shares = np.cumsum(counts, axis=1), (1 - false_positive_rate) * counts.sum(axis=1)
+    places = [int(np.searchsorted(*pair)) + 1 for pair in zip(*shares, strict=True)]
+    thresholds = [float(BIN_EDGES[min(place, len(BIN_EDGES) - 2)]) for place in places]
     return BackgroundModel(*(a.astype(np.float32) for a in (mean, std, *rms)), *thresholds)
 
 
@@ -177,12 +180,6 @@ def _distortions(mean: NDArray, std: NDArray, pixels: NDArray) -> NDArray:
     alpha = (pixels * alpha_weight(mean, std)).sum(axis=2)
     chroma = np.sqrt((((pixels - alpha[..., None] * mean) / std) ** 2).sum(axis=2))
     return np.stack([alpha - 1, chroma if mean.shape[2] > 1 else np.zeros_like(alpha)])
-
-
-def _quantile(counts: NDArray, share: float) -> float:
-    """Upper edge of the bin below which a share of the counted values lies."""
-    place = int(np.searchsorted(np.cumsum(counts), share * counts.sum()))
-    return float(BIN_EDGES[min(place + 1, len(BIN_EDGES) - 2)])
 
 
 def _channels(image: NDArray) -> NDArray:

@@ -1,7 +1,7 @@
 """Pictures of a target in folders, as people keep them: one folder for each camera."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import cv2
@@ -15,7 +15,6 @@ from palpate.capture.tables import read_frames
 from palpate.config.sensor import said_of_base
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import camera_from_spec
-from palpate.vision.hand_eye_problem import Views
 from palpate.vision.marker import CornerFollower
 from palpate.vision.pose import candidate_poses, settle
 from palpate.yaml_files import one_line
@@ -92,9 +91,8 @@ def _pictures(folder: Path) -> dict[str, Path]:
 def _found(folder: Path, files: Mapping[str, Path], board: FlatBoard) -> BoardPictures:
     images, coloured = {}, False
     for name, path in files.items():
-        image = _read(path)
-        coloured |= image.ndim == 3
-        images[name] = _grey(image)
+        images[name], has_colours = _grey(path)
+        coloured |= has_colours
         (height, width), (h, w) = next(iter(images.values())).shape, images[name].shape
         if (height, width) != (h, w):
             raise ValueError(
@@ -127,24 +125,49 @@ def board_in(
     return BoardPictures(source, corners, missing, (width, height), coloured)
 
 
-def _read(path: Path) -> NDArray:
+def _grey(path: Path) -> tuple[NDArray, bool]:
+    """Eight bits of grey, and whether the file has colours."""
     content = np.frombuffer(path.read_bytes(), dtype=np.uint8)
     image = cv2.imdecode(content, cv2.IMREAD_UNCHANGED) if len(content) else None
     if image is None or image.dtype not in (np.uint8, np.uint16):
         raise ValueError(
             one_line(f"{path}: picture: expected PNG, TIFF or JPEG, found one that can't be read")
         )
-    return image
-
-
-def _grey(image: NDArray) -> NDArray:
-    """Eight bits of grey."""
-    if image.ndim == 3:
+    coloured = image.ndim == 3
+    if coloured:
         image = cv2.cvtColor(image[..., :3], cv2.COLOR_BGR2GRAY)
-    if image.dtype == np.uint8:
-        return image
-    white = max(float(np.percentile(image, GLINTS_PERCENT)), 1.0)
-    return np.clip(image * (255 / white), 0, 255).astype(np.uint8)
+    if image.dtype != np.uint8:
+        white = max(float(np.percentile(image, GLINTS_PERCENT)), 1.0)
+        image = np.clip(image * (255 / white), 0, 255).astype(np.uint8)
+    return image, coloured
+
+
+@dataclass(frozen=True)
+class Views:
+    """Poses in which a camera saw the target, in the order of time.
+
+    Attributes
+    ----------
+    names : (n,) array of str
+    corners_px : (n, k, 2) array
+        Of the target, NaN where one is not seen [px].
+    camera_from_target, base_from_tracked : (n, 4, 4) arrays
+        By the corners of each view, and by the record of poses.
+    std, speed : (n, 6) arrays
+        Deviations of `base_from_tracked` and its changes in a second: a rotation vector applied in
+        the base frame, and the shift [rad, m].
+    """
+
+    names: NDArray
+    corners_px: NDArray
+    camera_from_target: NDArray
+    base_from_tracked: NDArray
+    std: NDArray
+    speed: NDArray
+
+    def some(self, kept: NDArray) -> "Views":
+        """Those of a mask."""
+        return Views(*(getattr(self, field.name)[kept] for field in fields(self)))
 
 
 def tracked_views(folder: str | Path, sensor: Mapping, board: FlatBoard) -> Views:

@@ -11,9 +11,8 @@ from scipy.spatial.transform import Rotation
 from palpate.config.probe import asked, require_met
 from palpate.config.sensor import (
     CALIBRATION,
-    FARTHEST_BASE_M,
     HAND_EYE,
-    LARGEST_BASE_STD,
+    BaseSpec,
     asks_for_base,
     covariance_fault,
     rigid_fault,
@@ -87,16 +86,9 @@ def placed_sensor(spec: Mapping, paths: Sequence[str | Path]) -> Mapping:
     fields = read_fields(path)
     if fields.get("sensor", spec["sensor"]) != spec["sensor"]:
         raise ValueError(f"{path}: sensor: expected {spec['sensor']}, found {fields['sensor']}")
-    transform = numbers_of(path, fields, "camera_from_base", (4, 4)).tolist()
-    if fault := rigid_fault(transform, FARTHEST_BASE_M):
-        raise ValueError(
-            f"{path}: camera_from_base: expected a rotation and a shift, found {fault}"
-        )
-    covariance = numbers_of(path, fields, "covariance", (6, 6)).tolist()
-    if fault := covariance_fault(covariance, LARGEST_BASE_STD, "rad or m"):
-        raise ValueError(f"{path}: covariance: {fault} (its verdict says what would determine it)")
-    found = {"camera_from_base": transform, "covariance": covariance, "origin": CALIBRATED}
-    return dict(spec) | {"base": dict(spec["base"]) | found}
+    found = {name: fields.get(name) for name in ("camera_from_base", "covariance")}
+    BaseSpec.read(found, str(path))
+    return dict(spec) | {"base": dict(spec["base"]) | found | {"origin": CALIBRATED}}
 
 
 def with_tip_at(spec: Mapping, tip_m: NDArray) -> dict:
@@ -117,11 +109,7 @@ def _with_tip(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping:
     covariance = numbers_of(path, fields, COVARIANCE, (3, 3))
     if fault := covariance_fault(covariance):
         raise ValueError(f"{path}: {COVARIANCE}: {fault}")
-    if (std_m := largest_std(covariance)) > LARGEST_STD_M:
-        raise ValueError(
-            f"{path}: tip_m: expected a tip determined to {LARGEST_STD_M * MILLIMETRES:g} mm,"
-            f" found one to {std_m * MILLIMETRES:.2g} mm (its verdict says what would determine it)"
-        )
+    _require_determined(path, "tip_m", largest_std(covariance), LARGEST_STD_M, MILLIMETRES, "mm")
     away_m = float(np.linalg.norm(tip_m - marker_from_tip(spec)[:3, 3]))
     if away_m > FARTHEST_M:
         raise ValueError(
@@ -139,7 +127,13 @@ def _with_payload(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping:
     """
     taken = dict(spec)
     if spec.get("load") == CALIBRATION:
-        taken["load"] = _payload(path, fields) | {"origin": CALIBRATED}
+        mass, name = ("mass_kg", "mass_std_kg"), "centre_of_mass_m"
+        load = {key: float(numbers_of(path, fields, key, ())) for key in mass}
+        load[name] = numbers_of(path, fields, name, (3,)).tolist()
+        variance = np.diag(numbers_of(path, fields, "covariance", (13, 13)))[CENTRE].max()
+        _require_determined(path, "mass_kg", load["mass_std_kg"], MASS_KG, 1e3, "g")
+        _require_determined(path, name, np.sqrt(variance), CENTRE_M, MILLIMETRES, "mm")
+        taken["load"] = load | {"origin": CALIBRATED}
     if spec.get("axes") == CALIBRATION:
         transform = np.array(spec["marker_from_force"], dtype=float)
         transform[:3, :3], std_rad = _axes(path, fields, transform[:3, :3])
@@ -148,16 +142,6 @@ def _with_payload(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping:
         if COVARIANCE in spec or spec.get("tip") == CALIBRATION:
             taken = with_tip_at(taken, marker_from_tip(spec)[:3, 3])
     return taken
-
-
-def _payload(path: str | Path, fields: Mapping) -> dict:
-    mass_kg, std_kg = (float(numbers_of(path, fields, k, ())) for k in ("mass_kg", "mass_std_kg"))
-    centre_m = numbers_of(path, fields, "centre_of_mass_m", (3,))
-    variance = np.diag(numbers_of(path, fields, "covariance", (13, 13)))[CENTRE].max()
-    _require_told(path, "mass_kg", std_kg * 1e3, MASS_KG * 1e3, "g")
-    centre_mm = float(np.sqrt(variance)) * MILLIMETRES
-    _require_told(path, "centre_of_mass_m", centre_mm, CENTRE_M * MILLIMETRES, "mm")
-    return {"mass_kg": mass_kg, "mass_std_kg": std_kg, "centre_of_mass_m": centre_m.tolist()}
 
 
 def _axes(path: str | Path, fields: Mapping, stated: NDArray) -> tuple[NDArray, float]:
@@ -169,7 +153,7 @@ def _axes(path: str | Path, fields: Mapping, stated: NDArray) -> tuple[NDArray, 
         raise ValueError(f"{path}: {name}: expected a rotation, found {fault}")
     # What the vertical is off by is in the whole deviation, and no poses make it less.
     poses_rad = largest_std(numbers_of(path, fields, "covariance", (13, 13))[TURN, TURN])
-    _require_told(path, name, degrees(poses_rad), TURN_DEG, "degrees")
+    _require_determined(path, name, degrees(poses_rad), TURN_DEG, 1, "degrees")
     std_rad = float(numbers_of(path, fields, "axes_std_rad", ()))
     if not std_rad >= poses_rad:
         raise ValueError(
@@ -185,11 +169,13 @@ def _axes(path: str | Path, fields: Mapping, stated: NDArray) -> tuple[NDArray, 
     return turn, std_rad
 
 
-def _require_told(path: str | Path, name: str, std: float, most: float, unit: str) -> None:
+def _require_determined(
+    path: str | Path, name: str, std: float, most: float, scale: float, unit: str
+) -> None:
     if not 0 < std <= most:
         raise ValueError(
-            f"{path}: {name}: expected one that is determined to {most:g} {unit}, found one to"
-            f" {std:.2g} {unit} (its verdict says what would determine it)"
+            f"{path}: {name}: expected one that is determined to {most * scale:g} {unit}, found one"
+            f" to {std * scale:.2g} {unit} (its verdict says what would determine it)"
         )
 
 

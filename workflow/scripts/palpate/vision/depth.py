@@ -85,7 +85,10 @@ def stereo_disparity(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
     options, colours = StereoSpec.read(sensor["stereo"]), (left, right)
     left, right = grey(left), grey(right)
     disparity = _matched_both_ways(left, right, options, *_search_range(sensor))
-    disparity = _without_speckles(disparity, options.speckle_size_px)
+    # Connected surfaces of few pixels go.
+    counts = np.where(np.isfinite(disparity), disparity * SUBPIXELS, -SUBPIXELS).astype(np.int16)
+    cv2.filterSpeckles(counts, -SUBPIXELS, options.speckle_size_px, SPECKLE_STEP_PX * SUBPIXELS)
+    disparity = np.where(counts >= 0, disparity, np.float32(np.nan))
     if options.subpixel == "least_squares":
         disparity = _refined(left, right, disparity, options.window_px)
     if options.highlights == "drop" and colours[0].ndim == 3:
@@ -149,13 +152,6 @@ def _matched(
     ]
     raw = matcher.compute(*wide)[:, margin:]
     return np.where(raw >= first * SUBPIXELS, raw / np.float32(SUBPIXELS), np.float32(np.nan))
-
-
-def _without_speckles(disparity: NDArray, size_px: int) -> NDArray:
-    """Drop connected surfaces of no more than ``size_px`` pixels."""
-    counts = np.where(np.isfinite(disparity), disparity * SUBPIXELS, -SUBPIXELS).astype(np.int16)
-    cv2.filterSpeckles(counts, -SUBPIXELS, size_px, SPECKLE_STEP_PX * SUBPIXELS)
-    return np.where(counts >= 0, disparity, np.float32(np.nan))
 
 
 def _refined(left: NDArray, right: NDArray, disparity: NDArray, window_px: int) -> NDArray:

@@ -71,10 +71,9 @@ def followed(
     time_s = read_frames(folder)["time_s"].to_numpy()
     if (Path(folder) / POSES).is_file():
         poses = placed_poses(read_poses(folder), time_s, sensor)
-        found = [(pose, False) for pose in poses]
         expected = f"expected poses at most {LARGEST_GAP_S:g} s apart about the frames"
         sought = f"{Path(folder) / POSES}: {expected}"
-        return pose_table(found, time_s, probe, options, sought=sought)
+        return pose_table(poses, time_s, probe, options, sought=sought)
     frames = Stream(folder, sensor, samples=True)
     table = track_probe(frames, time_s, sensor, probe, options)
     require_agreement(folder, sensor, probe["marker"], table)
@@ -110,13 +109,13 @@ def board_followed(
     frames = Stream(folder, sensor, samples=True)
     threshold_px = sensor["marker"]["reprojection_threshold_px"]
     found = recorded_poses(frames, sensor, marker, options)
-    seen = [k for k, (pose, _) in enumerate(found) if pose]
+    seen = [k for k, pose in enumerate(found) if pose]
     if not seen:
         raise ValueError(
             f"{folder}: marker: expected its corners within {threshold_px:g} px, found in none of"
             f" {len(found)} frames"
         )
-    transforms = np.array([found[k][0].camera_from_marker for k in seen])
+    transforms = np.array([found[k].camera_from_marker for k in seen])
     times_s = read_frames(folder)["time_s"].to_numpy()[seen]
     poses = pd.DataFrame({"frame": seen, "time_s": times_s, "detected": 1})
     poses = poses.join(marker_columns(transforms))

@@ -91,9 +91,9 @@ def _at_own_rate(
     between_s = np.concatenate([np.linspace(*one)[1:-1] for one in ends])
     placed = placed_poses(tracked, between_s, sensor) if len(between_s) else []
     kept = [k for k, pose in enumerate(placed) if pose is not None]
-    found = [(placed[k], False) for k in kept]
     path = poses
-    if found:
+    if kept:
+        found = [placed[k] for k in kept]
         more = pose_table(found, between_s[kept], probe, ProbePose(), sought=POSES)
         path = pd.concat([poses, more.drop(columns="frame")])
         path = path.sort_values("time_s", ignore_index=True)

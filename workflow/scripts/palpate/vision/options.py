@@ -23,21 +23,6 @@ class SupportPlane(Model):
     inlier_distance_m: Positive = option(0.004, "of points from the table's plane")
 
 
-class PoseFilter(Model):
-    """Filter of the probe's poses (Eq. 4.21)."""
-
-    method: Literal["study", "smoother", "none"] = option(
-        "smoother", "study: Eq. 4.21 as printed, which lags a moving tip by 2.7 frames"
-    )
-    measurement_std_m: float = constant(0.0001, "of a pose", gt=0, le=0.01)
-    acceleration_std_m_s2: float = constant(
-        0.2,
-        "of the probe; at 6 Hz the smoother then hardly does more than bridge gaps",
-        ge=1e-4,
-        le=1e4,
-    )
-
-
 class ProbePose(Model):
     """The probe's pose in each frame (Section 4.2.2)."""
 
@@ -45,7 +30,6 @@ class ProbePose(Model):
         "photometric", "of the marker's pose; corners: as the study does"
     )
     largest_gap_frames: Count = option(2, "longest run of frames without marker", ge=0)
-    filter: PoseFilter = option(PoseFilter(), "of the poses")
 
 
 class Force(Model):

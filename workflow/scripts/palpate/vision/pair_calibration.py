@@ -1,6 +1,6 @@
 """Two cameras and the transform between them in one refinement (Section 4.1.4, Eq. 4.11)."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,8 +26,6 @@ from palpate.vision.calibration_problem import (
 
 # A pair of pictures disagrees beyond this many times what the corners of each camera scatter by.
 PAIR_FACTOR = 3.0
-# Of half a turn: the angle by which views ordered alike may be apart.
-CLEARLY = 0.2
 SETTLED = 0.02
 
 
@@ -102,8 +100,8 @@ def calibrate_pair(
     """Optics of two cameras and the transform between them, all from one refinement.
 
     Views of one camera alone count for its optics. A view whose two pictures are of different
-    moments counts for each camera and not for the transform. A board that looks the same after
-    half a turn is ordered by the pose that both cameras agree on.
+    moments counts for each camera and not for the transform; nor does one of a board that looks the
+    same after half a turn whose pictures were ordered from opposite ends.
 
     Parameters
     ----------
@@ -118,19 +116,26 @@ def calibrate_pair(
     Raises
     ------
     ValueError
-        If a camera's views don't determine its optics, too few views are seen by both, most pairs
-        disagree, or the order of an ambiguous board can't be settled.
+        If a camera's views don't determine its optics, too few views are seen by both, or most
+        pairs disagree.
     """
     alone = [
         calibrate_camera(seen, board, size, name=name)
         for seen, size, name in zip((first, second), sizes_px, names, strict=True)
     ]
-    shared = _shared(alone)
-    if board.ambiguous:
-        turned = {view: second[view][::-1].copy() for view in _turned(alone, shared, board)}
-        alone[1] = calibrate_camera({**second, **turned}, board, sizes_px[1], name=names[1])
-        shared = _shared(alone)
-    transform = vector_of(_most_common(alone, shared))
+    shared = [view for view in alone[0].fit.names if view in alone[1].fit.names]
+    if len(shared) < FEWEST_VIEWS:
+        raise ValueError(
+            f"calibration: expected at least {FEWEST_VIEWS} views of the board that both cameras"
+            f" see, found {len(shared)}"
+        )
+    # The one that a single pair gives and to which most others are near.
+    poses, other = (np.array([one.camera_from_board[v] for v in shared]) for one in alone)
+    single = other @ np.linalg.inv(poses)
+    shifts, turns = single[:, :3, 3] / np.median(poses[:, 2, 3]), single[:, :3, :3]
+    cosines = (np.tensordot(turns, turns, ((1, 2), (1, 2))) - 1) / 2
+    apart = np.linalg.norm(shifts[:, None] - shifts, axis=2) + np.arccos(np.clip(cosines, -1, 1))
+    transform = vector_of(single[np.median(apart, axis=1).argmin()])
     rejected: dict[str, str] = {}
     while True:
         pairs = [view for view in shared if view not in rejected]
@@ -150,17 +155,6 @@ def calibrate_pair(
         for k in (0, 1)
     )
     return PairCalibration(fit, spread, cameras, rejected)
-
-
-def _shared(alone: Sequence[Calibration]) -> list[str]:
-    """Views that count in both cameras; enough of them, or a `ValueError`."""
-    shared = [view for view in alone[0].fit.names if view in alone[1].fit.names]
-    if len(shared) < FEWEST_VIEWS:
-        raise ValueError(
-            f"calibration: expected at least {FEWEST_VIEWS} views of the board that both cameras"
-            f" see, found {len(shared)}"
-        )
-    return shared
 
 
 def _joined(a: Problem, b: Problem, transform: NDArray, pairs: Collection[str]) -> Problem:
@@ -210,38 +204,3 @@ def _disagreeing(fit: Problem) -> dict[str, str]:
         for view, own, k, bad in zip(pairs.names, errors, times.argmax(axis=1), worse, strict=True)
         if bad
     }
-
-
-def _angles(turns: NDArray, others: NDArray) -> NDArray:
-    """Between all of some and all of other transforms (..., 4, 4) [rad]."""
-    cosines = (np.tensordot(turns[..., :3, :3], others[..., :3, :3], ((-2, -1), (-2, -1))) - 1) / 2
-    return np.arccos(np.clip(cosines, -1, 1))
-
-
-def _most_common(alone: Sequence[Calibration], pairs: Sequence[str]) -> NDArray:
-    """The transform that a single pair gives and to which most others are near, (4, 4)."""
-    first, second = (np.array([one.camera_from_board[v] for v in pairs]) for one in alone)
-    found = second @ np.linalg.inv(first)
-    shifts = found[:, :3, 3] / np.median(first[:, 2, 3])
-    apart = np.linalg.norm(shifts[:, None] - shifts, axis=2) + _angles(found, found)
-    return found[np.median(apart, axis=1).argmin()]
-
-
-def _turned(alone: Sequence[Calibration], pairs: Sequence[str], board: FlatBoard) -> list[str]:
-    """Views of a board that looks the same after half a turn whose order in both cameras differs.
-
-    Of both orders each view has the one with which all views give about one transform.
-    """
-    half_turn = np.diag([-1.0, -1.0, 1.0, 1.0])
-    half_turn[:3, 3] = board.points_m[0] + board.points_m[-1]
-    first, second = (np.array([one.camera_from_board[v] for v in pairs]) for one in alone)
-    found = np.stack([second, second @ half_turn], axis=1) @ np.linalg.inv(first)[:, None]
-    apart = _angles(found.reshape(-1, 4, 4), found)  # guess, view, order
-    spread = np.median(apart.min(axis=2), axis=1)
-    if spread.min() > CLEARLY * np.pi:
-        raise ValueError(
-            "board: expected one odd and one even number of corners, or views that settle its"
-            f" order, found {board.columns} x {board.rows}"
-        )
-    orders = apart[spread.argmin()].argmin(axis=1)
-    return [view for view, order in zip(pairs, orders, strict=True) if order]

@@ -1,6 +1,6 @@
 """Payload of the force sensor and the sensor's axes, from static poses in the air."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import degrees, hypot, radians, sqrt
 
@@ -13,7 +13,7 @@ from scipy.special import fdtrc
 from palpate.units import GRAVITY_M_S2, MILLIMETRES, MILLINEWTONS, PERCENT
 from palpate.vision.force import STRONGEST_N
 from palpate.vision.pivot import largest_std
-from palpate.vision.static_poses import StaticPoses
+from palpate.vision.probe_recordings import StaticPoses
 
 FEWEST_POSES = 6
 # Root mean square by which the vertical must turn about two axes of the handle; one that is held
@@ -103,27 +103,25 @@ class Payload:
         return hypot(radians(self.turn_std_deg), LEVEL_STD_RAD)
 
     @property
-    def verdict(self) -> tuple[str, ...]:
-        """Whether the poses determine each part, a line each."""
-        return tuple(self._verdict())
-
-    def _verdict(self) -> Iterator[str]:
-        worst_m = float(self.std[CENTRE].max())
+    def verdict(self) -> list[str]:
+        """Whether the poses determine each part, a line each, and a warning."""
+        worst_m, lines = float(self.std[CENTRE].max()), []
         for part, determined, how in (
             ("mass", self.std[0] <= MASS_KG, f"{self.std[0] * 1e3:.2g} g"),
             ("centre of mass", worst_m <= CENTRE_M, f"{worst_m * MILLIMETRES:.2g} mm"),
             ("rotation", self.turn_std_deg <= TURN_DEG, f"{self.turn_std_deg:.2g} degrees"),
         ):
             more = "" if determined else ": hold it longer, in more poses that differ more"
-            yield f"{part}: {'' if determined else 'not '}determined, to {how}{more}"
+            lines.append(f"{part}: {'' if determined else 'not '}determined, to {how}{more}")
         gains, std = _gains(self.weight_n[self.kept], self.residuals[self.kept, :3])
         apart = gains - np.median(gains)
         worst = int(np.argmax(np.abs(apart)))
         if abs(apart[worst]) > max(GAIN, SURE * std[worst]):
-            yield (
+            lines.append(
                 f"warning: f{'xyz'[worst]} reads {PERCENT * apart[worst]:+.2g} % of the weight"
                 " against the other forces: its scale, or that of its amplifier?"
             )
+        return lines
 
     def left_out(self, names: Sequence[str]) -> dict[str, list[float]]:
         """Poses that were left out, and by how much force and torque are off [N, Nm]."""
@@ -144,7 +142,7 @@ class Payload:
             "covariance": self.covariance.tolist(),
             "poses": len(names),
             "left_out_n_nm": self.left_out(names),
-            "verdict": list(self.verdict),
+            "verdict": self.verdict,
         }
 
 

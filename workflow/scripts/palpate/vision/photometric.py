@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.vision.board import FlatBoard, pixel_sizes, place_derivatives
 from palpate.vision.camera import PinholeCamera, pixel_rays
-from palpate.vision.pose import corner_cofactor
+from palpate.vision.pose import MarkerPose, corner_cofactor
 
 # The rim of what is printed is left out: what lies beyond the target is not known [units].
 RIM = 0.12
@@ -36,21 +36,6 @@ SYSTEMATIC_PX, FILLED_IN_PX = 0.015, 0.04
 # A fit says nothing when it leaves more of the contrast, when the contrast is no more than this
 # [grey levels], when less of the target is seen, or when it ends farther from the start [px].
 MOST_LEFT, LEAST_CONTRAST, LEAST_SEEN, FARTHEST_PX = 0.03, 20.0, 0.75, 3.0
-
-
-class PhotometricPose(NamedTuple):
-    """A refined pose.
-
-    Attributes
-    ----------
-    camera_from_marker : (4, 4) array
-        Rigid transform [m].
-    covariance : (6, 6) array
-        Of a rotation vector applied in the camera frame and the origin's place [rad, m].
-    """
-
-    camera_from_marker: NDArray
-    covariance: NDArray
 
 
 class _Pixels(NamedTuple):
@@ -110,7 +95,7 @@ class BoardRefiner:
 
     def __call__(
         self, grey: NDArray, start: NDArray, hidden: NDArray | None = None
-    ) -> PhotometricPose | None:
+    ) -> MarkerPose | None:
         """Refine a pose.
 
         Parameters
@@ -124,7 +109,7 @@ class BoardRefiner:
 
         Returns
         -------
-        PhotometricPose or None
+        MarkerPose or None
             None where too little of the target is in the image, the fit does not converge, or what
             it found does not look like the target or lies far from the start.
         """
@@ -161,7 +146,7 @@ class BoardRefiner:
                 return fit, True
         return fit, False
 
-    def _result(self, fit: _Fit, start: NDArray, points: NDArray) -> PhotometricPose | None:
+    def _result(self, fit: _Fit, start: NDArray, points: NDArray) -> MarkerPose | None:
         """The pose, if it looks like the target near where it was looked for.
 
         Its covariance is of the samples' noise, and of what all edges are off together.
@@ -176,7 +161,8 @@ class BoardRefiner:
             return None
         noise = np.linalg.inv(fit.jacobian.T @ (fit.jacobian * fit.weight[:, None]))[:6, :6]
         edges = corner_cofactor(points, fit.pose, self.camera)
-        return PhotometricPose(fit.pose, noise * fit.variance + edges * self.systematic_px**2)
+        covariance = noise * fit.variance + edges * self.systematic_px**2
+        return MarkerPose(fit.pose, covariance, refined=True)
 
     def _pixels(self, grey: NDArray, pose: NDArray, hidden: NDArray | None) -> _Pixels | None:
         """Pixels near the edges inside the target, and some of the flat ones."""

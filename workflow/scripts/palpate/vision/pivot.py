@@ -187,10 +187,10 @@ def find_pivot(
     """
     if (count := len(camera_from_marker)) < FEWEST_POSES:
         raise ValueError(f"poses: expected at least {FEWEST_POSES}, found {count}")
-    _check_turn(camera_from_marker[:, :3, :3])
+    require_turn(camera_from_marker[:, :3, :3])
     kept = _inliers(camera_from_marker, names)
     found = fit_pivot(camera_from_marker, kept)
-    _check_turn(camera_from_marker[kept, :3, :3])
+    require_turn(camera_from_marker[kept, :3, :3])
     _check_place(found, by_camera=by_camera)
     _check_rest(camera_from_marker[kept], [names[k] for k in np.flatnonzero(kept)])
     _check_residual(found.rms_m)
@@ -316,21 +316,29 @@ def alike(off: NDArray, least: float = LEAST_SHARED) -> float:
     return min(total, count / MOST_STRETCHES)
 
 
-def _check_turn(rotations: NDArray) -> None:
+def require_turn(
+    rotations: NDArray,
+    least_deg: float = LEAST_TURN_DEG,
+    what: str = "handle",
+    place: str = "the tip's place along {} of the board",
+) -> NDArray:
+    """Root mean square turns of a target's directions (3,) [degrees], the least first.
+
+    A `ValueError` where it hardly turned, or about one axis alone; it says of which place that
+    leaves what is along the axis open.
+    """
     turn, directions = turned(rotations)
-    least, middle, _ = np.degrees(turn)
-    if least >= LEAST_TURN_DEG:
-        return
+    least, middle, _ = turn_deg = np.degrees(turn)
+    if least >= least_deg:
+        return turn_deg
     found = f"{middle:.1f} (root mean square)"
-    if middle >= LEAST_TURN_DEG:
+    if middle >= least_deg:
         axis = directions[0] * np.sign(directions[0, np.abs(directions[0]).argmax()])
         along = ", ".join(f"{value:.2f}" for value in axis)
-        found = (
-            f"{middle:.1f} about one axis and {least:.1f} about others (root mean square): the"
-            f" tip's place along ({along}) of the board is not determined"
-        )
+        found = f"{middle:.1f} about one axis and {least:.1f} about others (root mean square):"
+        found += f" {place.format(f'({along})')} is not determined"
     raise ValueError(
-        f"poses: expected the handle to turn by {LEAST_TURN_DEG:g} degrees or more, found {found};"
+        f"poses: expected the {what} to turn by {least_deg:g} degrees or more, found {found};"
         f" tilt it by {WANTED_TILT_DEG} degrees to all sides"
     )
 

@@ -41,15 +41,18 @@ class MarkerPose:
     covariance : (6, 6) array
         Of a rotation vector applied in the camera frame and of the origin's place [rad, m].
     inliers : int
-        Corners that RANSAC kept.
+        Corners that RANSAC kept; 0 of a pose that is not from corners.
     reprojection_error_px : float
         Root mean square over the inliers [px].
+    refined : bool
+        Whether it is from the picture of all that is printed.
     """
 
     camera_from_marker: NDArray
     covariance: NDArray
-    inliers: int
-    reprojection_error_px: float
+    inliers: int = 0
+    reprojection_error_px: float = np.nan
+    refined: bool = False
 
 
 def candidate_poses(
@@ -129,7 +132,13 @@ def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None
         )
         if place:
             before = seen[place - 1]
-            steps = _turn_costs(candidates[before], candidates[k]) / (k - before) ** 2
+            first, second = (
+                np.stack([pose.camera_from_marker[:3, :3] for pose in candidates[frame]])
+                for frame in (before, k)
+            )
+            cosine = (np.einsum("aij,bij->ab", first, second) - 1) / 2
+            turns = np.arccos(np.clip(cosine, -1, 1)) / OPERATOR_TURN_RAD
+            steps = turns**2 / (k - before) ** 2
             paths = costs[-1][:, None] + np.minimum(steps, DEAREST_STEP)
             origins.append(paths.argmin(axis=0))
             misfit = misfit + paths.min(axis=0)
@@ -139,15 +148,6 @@ def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None
         chosen[seen[place]] = candidates[seen[place]][best]
         best = int(origins[place - 1][best]) if place else best
     return chosen
-
-
-def _turn_costs(before: Sequence[MarkerPose], after: Sequence[MarkerPose]) -> NDArray:
-    """Cost of each step from one frame's candidates to the next's."""
-    first, second = (
-        np.stack([pose.camera_from_marker[:3, :3] for pose in poses]) for poses in (before, after)
-    )
-    cosine = (np.einsum("aij,bij->ab", first, second) - 1) / 2
-    return (np.arccos(np.clip(cosine, -1, 1)) / OPERATOR_TURN_RAD) ** 2
 
 
 def point_covariance(camera_from_marker: NDArray, covariance: NDArray, point_m: NDArray) -> NDArray:
@@ -206,10 +206,8 @@ def projected(
 
 def by_turn(places: NDArray) -> NDArray:
     """Derivatives of places (..., 3) by a rotation vector before them, (..., 3, 3)."""
-    x, y, z = np.moveaxis(places, -1, 0)
-    zero = np.zeros_like(x)
-    rows = (np.stack(row, axis=-1) for row in ((zero, z, -y), (-z, zero, x), (y, -x, zero)))
-    return np.stack(list(rows), axis=-2)
+    by = np.cross(np.eye(3), places[..., None, :]).swapaxes(-1, -2)
+    return np.ascontiguousarray(by)
 
 
 def averages(table: pd.DataFrame) -> pd.DataFrame:

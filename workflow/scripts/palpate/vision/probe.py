@@ -13,7 +13,7 @@ from palpate.capture.poses import LARGEST_GAP_S, PoseRecord
 from palpate.config.sensor import asks_for_base, said_of_base
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera, camera_from_spec
-from palpate.vision.kalman import filter_tip
+from palpate.vision.kalman import MEASUREMENT_STD_M, smooth_tip
 from palpate.vision.marker import CornerFollower, board_of
 from palpate.vision.options import ProbePose
 from palpate.vision.photometric import BoardRefiner
@@ -72,11 +72,13 @@ def track_probe(
         If no frame shows the marker, or it is lost for longer than allowed.
     """
     found = recorded_poses(images, sensor, probe["marker"], options)
-    return pose_table(found, time_s, probe, options, sought=_sought(sensor))
+    within = f"{sensor['marker']['reprojection_threshold_px']:g} px"
+    sought = f"marker: expected its corners, and a pose that leaves most of them within {within}"
+    return pose_table(found, time_s, probe, options, sought=sought)
 
 
 def pose_table(
-    found: Sequence[tuple[MarkerPose | None, bool]],
+    poses: Sequence[MarkerPose | None],
     time_s: NDArray,
     probe: Mapping,
     options: ProbePose,
@@ -87,8 +89,8 @@ def pose_table(
 
     Parameters
     ----------
-    found : sequence of (MarkerPose or None, bool)
-        Of each frame, and whether it was refined.
+    poses : sequence of MarkerPose or None
+        Of each frame.
     time_s : (n,) array
         Times of the frames [s].
     probe : mapping
@@ -101,9 +103,14 @@ def pose_table(
     ValueError
         If there is no pose, or the probe is lost for longer than allowed.
     """
-    fixed, poses = marker_from_tip(probe), [pose for pose, _ in found]
+    fixed = marker_from_tip(probe)
     _check_gaps(poses, options.largest_gap_frames, sought)
-    transforms = _bridged(np.asarray(time_s), poses)
+    time_s = np.asarray(time_s)
+    seen = [k for k, pose in enumerate(poses) if pose is not None]
+    transforms = np.stack([poses[k].camera_from_marker for k in seen])
+    if len(seen) < len(poses):
+        record = PoseRecord(time_s[seen], transforms, np.full(len(seen), np.nan))
+        transforms = record.at(time_s, largest_gap_s=np.inf)[0]
     tips = transforms @ fixed
     table = pd.DataFrame({"frame": range(len(poses)), "time_s": time_s})
     table["detected"] = [int(pose is not None) for pose in poses]
@@ -111,13 +118,13 @@ def pose_table(
     table["reprojection_error_px"] = [
         pose.reprojection_error_px if pose else np.nan for pose in poses
     ]
-    table["refined"] = [int(refined) for _, refined in found]
+    table["refined"] = [int(pose is not None and pose.refined) for pose in poses]
     table = table.join(marker_columns(transforms))
     table[RAW_TIP] = tips[:, :3, 3]
     table[TIP_STD] = [_tip_std(pose, fixed) for pose in poses]
     measured = np.where(table[["detected"]] == 1, tips[:, :3, 3], np.nan)
-    std_m = table[TIP_STD[:3]].to_numpy(float)
-    table[TIP] = filter_tip(np.asarray(time_s), measured, std_m, options.filter)
+    std_m = np.hypot(np.nan_to_num(table[TIP_STD[:3]].to_numpy(float)), MEASUREMENT_STD_M)
+    table[TIP] = smooth_tip(time_s, measured, std_m)
     table[AXIS] = tips[:, :3, 2]
     return table
 
@@ -154,16 +161,14 @@ def placed_poses(record: PoseRecord, time_s: NDArray, sensor: Mapping) -> list[M
     poses, std_m = record.filled(noise_m).at(time_s, largest_gap_s=LARGEST_GAP_S)
     camera_from_base = np.array(sensor["base"]["camera_from_base"])
     return [
-        MarkerPose(pose, np.diag([noise_rad**2] * 3 + [std**2] * 3), 0, np.nan)
-        if np.isfinite(std)
-        else None
+        MarkerPose(pose, np.diag([noise_rad**2] * 3 + [std**2] * 3)) if np.isfinite(std) else None
         for pose, std in zip(camera_from_base @ poses, std_m, strict=True)
     ]
 
 
 def recorded_poses(
     images: Iterable[NDArray], sensor: Mapping, marker: Mapping, options: ProbePose
-) -> list[tuple[MarkerPose | None, bool]]:
+) -> list[MarkerPose | None]:
     """`board_poses` of images as `track_probe` takes them, of a probe file's ``marker`` block."""
     camera, board = camera_from_spec(sensor["color"]), board_of(marker)
     encoding, refine = sensor["color"]["encoding"], None
@@ -187,8 +192,8 @@ def board_poses(
     *,
     threshold_px: float,
     refine: BoardRefiner | None,
-) -> list[tuple[MarkerPose | None, bool]]:
-    """Pose of the board in each frame, and whether it was refined on the picture.
+) -> list[MarkerPose | None]:
+    """Pose of the board in each frame, refined on the picture where that can be.
 
     Of the two poses that a plane allows the ones are taken that make one smooth motion.
 
@@ -202,7 +207,7 @@ def board_poses(
         RANSAC threshold [px].
     refine : BoardRefiner or None
     """
-    candidates, refined = [], set()
+    candidates = []
     for corners, samples in frames:
         found, likely = [], []
         if corners is not None:
@@ -212,12 +217,10 @@ def board_poses(
                 continue
             hidden = ~np.isfinite(corners[:, 0])
             better = refine and refine(samples, pose.camera_from_marker, hidden)
-            if better is not None:
-                pose = replace(pose, **better._asdict())
-                refined.add(id(pose))
-            likely.append(pose)
+            known = {name: getattr(pose, name) for name in ("inliers", "reprojection_error_px")}
+            likely.append(pose if better is None else replace(better, **known))
         candidates.append(likely)
-    return [(pose, id(pose) in refined) for pose in settle(candidates)]
+    return settle(candidates)
 
 
 def marker_transforms(table: pd.DataFrame) -> NDArray:
@@ -302,13 +305,6 @@ def check_steepness(
     )
 
 
-def _sought(sensor: Mapping) -> str:
-    """What is sought of a target, as messages say it."""
-    threshold_px = sensor["marker"]["reprojection_threshold_px"]
-    within = f"a pose that leaves most of them within {threshold_px:g} px"
-    return f"marker: expected its corners, and {within}"
-
-
 def _angle_deg(first: NDArray, second: NDArray) -> float:
     cosine = first @ second / (np.linalg.norm(first) * np.linalg.norm(second))
     return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
@@ -323,7 +319,7 @@ def _tip_std(pose: MarkerPose | None, fixed: NDArray) -> NDArray:
     return np.sqrt([*np.diag(covariance), axis @ covariance @ axis])
 
 
-def _check_gaps(poses: list[MarkerPose | None], largest: int, sought: str) -> None:
+def _check_gaps(poses: Sequence[MarkerPose | None], largest: int, sought: str) -> None:
     lost, subject = [k for k, pose in enumerate(poses) if pose is None], sought.partition(":")[0]
     if len(lost) == len(poses):
         raise ValueError(f"{sought}, found in none of {len(poses)} frames")
@@ -339,13 +335,3 @@ def _check_gaps(poses: list[MarkerPose | None], largest: int, sought: str) -> No
             f"{subject}: expected to be lost for at most {largest} frames at a time,"
             f" found it lost in frames {longest[0]} to {longest[-1]}"
         )
-
-
-def _bridged(time_s: NDArray, poses: list[MarkerPose | None]) -> NDArray:
-    """Transforms of all frames, those without a marker interpolated between their neighbours."""
-    seen = [k for k, pose in enumerate(poses) if pose is not None]
-    known = np.stack([poses[k].camera_from_marker for k in seen])
-    if len(seen) == len(poses):
-        return known
-    record = PoseRecord(time_s[seen], known, np.full(len(seen), np.nan))
-    return record.at(time_s, largest_gap_s=np.inf)[0]

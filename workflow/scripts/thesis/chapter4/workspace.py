@@ -76,7 +76,7 @@ def tip_rows(
         threshold_px=sensor["marker"]["reprojection_threshold_px"],
         refine=refine,
     )
-    row = point_row([pose if done else None for pose, done in poses], fixed)
+    row = point_row([pose if pose and pose.refined else None for pose in poses], fixed)
     return [*found, {"method": REFINED} | row]
 
 

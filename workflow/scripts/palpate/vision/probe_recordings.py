@@ -1,6 +1,7 @@
-"""Poses of a target or a tracked frame as other programs or a run's probe_pose.csv state them."""
+"""Poses of a probe by itself: of other programs or a run's probe_pose.csv, tracked, at rest."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from palpate.capture.poses import POSES, read_poses
 from palpate.capture.tables import columns_of, read_table
-from palpate.vision.probe import MARKER, QUATERNION, marker_columns
+from palpate.vision.force import block_mean, wrenches
+from palpate.vision.probe import MARKER, QUATERNION, marker_columns, marker_transforms
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 # Files are rounded by whoever writes them.
@@ -19,6 +21,13 @@ TOLERANCE = 1e-3
 STEP_S = 0.03
 # Upwards in a base frame, unless another direction is given.
 BASE_UP = np.array([0.0, 0.0, 1.0])
+# An operator who holds a probe still trembles by less; frames farther off are of another pose.
+STILL_DEG = 2.0
+SHORTEST_S, LARGEST_GAP_S = 1.0, 0.5
+# The operator comes to rest and leaves; clocks are apart by less.
+MARGIN_S = 0.1
+# A tremor is felt for so long: means over it are independent.
+BLOCK_S = 0.1
 
 
 def tracked_table(folder: str | Path, probe: Mapping) -> pd.DataFrame | None:
@@ -137,3 +146,93 @@ def turns_of(table: pd.DataFrame) -> NDArray:
     if not len(turns):
         raise ValueError(f"{QUATERNION[0]}: expected rows, found none")
     return Rotation.from_quat(turns).as_matrix()
+
+
+@dataclass(frozen=True)
+class StaticPoses:
+    """Poses at rest and the mean readings at them.
+
+    Attributes
+    ----------
+    names : sequence of str
+        What errors call them.
+    turns : (n, 3, 3) array
+        Rotations camera_from_marker.
+    wrench : (n, 6) array
+        Of the force sensor [N, Nm].
+    noise : (6,) array or None, optional
+        Standard deviation of each channel's mean, where it is known; of one that does not leave a
+        step of its numbers, at least that of a number that is rounded to it.
+    """
+
+    names: Sequence[str]
+    turns: NDArray
+    wrench: NDArray
+    noise: NDArray | None = None
+
+
+def static_poses(table: pd.DataFrame, record: pd.DataFrame, probe: Mapping) -> StaticPoses:
+    """Poses of a second and more, in which the target stays within two degrees.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Of `palpate.vision.follow.board_followed`.
+    record : DataFrame
+        force.csv of the recording.
+    probe : mapping
+        With ``gauge`` where the record is volts.
+
+    Raises
+    ------
+    ValueError
+        If there is no such pose that has a force, or forces or torques never change, or as
+        `palpate.vision.force.wrenches` does.
+    """
+    _, wrench = wrenches(record, probe)
+    time_s, frame_s = (of["time_s"].to_numpy(float) for of in (record, table))
+    turns, frame = marker_transforms(table)[:, :3, :3], table["frame"].to_numpy()
+    # Smallest step of each channel; of one that never changes, the largest of its kind.
+    changes = (np.diff(np.unique(channel)) for channel in wrench.T)
+    each = np.array([of.min() if len(of) else 0.0 for of in changes]).reshape(2, 3)
+    steps = np.where(each > 0, each, each.max(axis=1, keepdims=True)).ravel()
+    size = max(1, round(BLOCK_S / float(np.median(np.diff(time_s)))))
+    found, shakes = [], []
+    for first, last in _still(frame_s, turns):
+        start, end = frame_s[first] + MARGIN_S, frame_s[last] - MARGIN_S
+        inside = wrench[(time_s >= start) & (time_s <= end)]
+        means = block_mean(inside, size)
+        if len(means) > 1:
+            turn = Rotation.from_matrix(turns[first : last + 1]).mean().as_matrix()
+            square = means.var(axis=0, ddof=1) / len(means)
+            shakes.append(inside.std(axis=0))
+            name = f"frames {frame[first]} to {frame[last]}"
+            found.append((name, turn, means.mean(axis=0), square))
+    if not found:
+        raise ValueError(
+            f"poses: expected the probe to be held still for {SHORTEST_S:g} s, within"
+            f" {STILL_DEG:g} degrees and with a force, found no such moment"
+        )
+    if not steps.all():
+        kind = "torques" if steps[0] else "forces"
+        raise ValueError(f"force: expected {kind} that change with the pose, found one value")
+    names, rotations, readings, squares = zip(*found, strict=True)
+    # Noise that takes a channel over its steps makes the mean finer than one of them.
+    coarse = np.median(shakes, axis=0) < steps / 2
+    least = np.where(coarse, steps / np.sqrt(12), 0)
+    noise = np.maximum(np.sqrt(np.mean(squares, axis=0)), least)
+    return StaticPoses(names, np.array(rotations), np.array(readings), noise)
+
+
+def _still(time_s: NDArray, turns: NDArray) -> list[tuple[int, int]]:
+    """First and last frame of each rest: those near the mean of those before, until one is not."""
+    parts, begin = [], 0
+    for k in range(1, len(time_s) + 1):
+        if k < len(time_s) and time_s[k] - time_s[k - 1] <= LARGEST_GAP_S:
+            mean = Rotation.from_matrix(turns[begin:k]).mean()
+            away = (mean.inv() * Rotation.from_matrix(turns[k])).magnitude()
+            if np.degrees(away) <= STILL_DEG:
+                continue
+        parts.append((begin, k - 1))
+        begin = k
+    return [(first, last) for first, last in parts if time_s[last] - time_s[first] >= SHORTEST_S]
