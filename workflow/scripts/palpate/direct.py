@@ -21,9 +21,7 @@ SAME_POINT_M, SAME_SURFACE_M = 0.0005, 0.003
 
 
 def estimate(
-    measured: Sequence[Measurement],
-    tables: Sequence[IndentationModel],
-    options: Fit | None = None,
+    measured: Sequence[Measurement], tables: Sequence[IndentationModel], options: Fit | None = None
 ) -> DirectEstimate:
     """Estimate E and nu of an object from one or more of its captures with one sensor.
 

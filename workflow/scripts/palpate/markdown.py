@@ -17,11 +17,7 @@ def rows_of(
     """
     ends = len(header) if left is None else left
     marks = ["---"] * ends + ["---:"] * (len(header) - ends)
-    return [
-        _line(header),
-        "|" + "|".join(marks) + "|",
-        *(_line(row) for row in rows),
-    ]
+    return [_line(header), "|" + "|".join(marks) + "|", *(_line(row) for row in rows)]
 
 
 def _line(cells: Sequence[str]) -> str:

@@ -7,15 +7,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.estimate.direct.warnings import Estimated, exclusions
-from palpate.modulus import (
-    BOUNDED,
-    INTERVAL,
-    LABELS,
-    NOT_JUDGED,
-    Modulus,
-    bounded_at_best,
-    columns,
-)
+from palpate.modulus import BOUNDED, INTERVAL, LABELS, NOT_JUDGED, Modulus, bounded_at_best, columns
 from palpate.report.style import sensor_name
 from palpate.report.tables import CAPTURE, JUDGED
 

@@ -104,12 +104,7 @@ def _words(name: str) -> str:
 
 
 def _line(
-    row: Mapping,
-    young: Modulus | None,
-    axis: Sequence[float],
-    pages: Sequence[str],
-    *,
-    apart: bool,
+    row: Mapping, young: Modulus | None, axis: Sequence[float], pages: Sequence[str], *, apart: bool
 ) -> str:
     """An estimate; its name says by which device where that tells it from others."""
     moduli = "".join(_cell(Modulus.of_row(row, column)) for column in MODULI)

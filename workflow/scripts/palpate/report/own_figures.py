@@ -64,10 +64,7 @@ OWN_FIGURES = (
         " capture, and of all captures with a sensor together (diamonds, the recommended"
         " estimate). The value of an open symbol is not to be trusted; its interval is.",
         make="palpate.report.own_moduli:make_own_moduli",
-        inputs=lambda own: {
-            "direct": own.files(own.captures, "direct.json"),
-            "joint": own.joint(),
-        },
+        inputs=lambda own: {"direct": own.files(own.captures, "direct.json"), "joint": own.joint()},
         params=_all,
     ),
     OwnFigure(

@@ -94,9 +94,7 @@ class Config(Model):
     only: str | None = option(None, "name of one object, or null for all")
     seed: int = option(20150401, "of all that is drawn", ge=0, le=2**53)
     methods: Annotated[tuple[Literal["hertz", "direct"], ...], all_different] = option(
-        ("hertz", "direct"),
-        "of people's own objects; a page needs both",
-        min_length=1,
+        ("hertz", "direct"), "of people's own objects; a page needs both", min_length=1
     )
     experiments: Experiments = option(Experiments(), "about the sensors")
     background: Background = option(Background(), "Section 4.2.1")

@@ -12,13 +12,7 @@ from numpy.typing import NDArray
 
 from palpate.estimate.direct.fit import Part, Solution
 from palpate.estimate.direct.indentation import OWN, DirectIndentation, linearised, residuals
-from palpate.estimate.direct.options import (
-    CONFIGURED,
-    OBSERVED,
-    UNSTATED,
-    ProbeUncertainty,
-    Rig,
-)
+from palpate.estimate.direct.options import CONFIGURED, OBSERVED, UNSTATED, ProbeUncertainty, Rig
 from palpate.estimate.direct.prior import UNMOVED
 from palpate.estimate.direct.quantities import (
     LOG_MODULI,
@@ -110,11 +104,7 @@ class Budget:
 
 
 def budget_of(
-    best: Solution,
-    quantities: Quantities,
-    known: ProbeUncertainty = UNSTATED,
-    *,
-    radius_m: float,
+    best: Solution, quantities: Quantities, known: ProbeUncertainty = UNSTATED, *, radius_m: float
 ) -> Budget:
     """What each source adds to the uncertainties of the moduli.
 

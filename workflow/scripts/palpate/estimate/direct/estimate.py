@@ -17,20 +17,8 @@ from palpate.estimate.direct.indentation import (
     residuals,
 )
 from palpate.estimate.direct.options import UNSTATED, Fit, ProbeUncertainty
-from palpate.estimate.direct.quantities import (
-    NAMES,
-    Profile,
-    Quantities,
-    intervals,
-    quantities_of,
-)
-from palpate.estimate.direct.result import (
-    CaptureFit,
-    described_law,
-    nuisances,
-    regions_of,
-    summed,
-)
+from palpate.estimate.direct.quantities import NAMES, Profile, Quantities, intervals, quantities_of
+from palpate.estimate.direct.result import CaptureFit, described_law, nuisances, regions_of, summed
 from palpate.estimate.direct.warnings import contradictions, warnings_of
 from palpate.modulus import Modulus, bounded_at_best
 from palpate.solid.options import greatest_ratio

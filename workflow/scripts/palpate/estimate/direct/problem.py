@@ -10,11 +10,7 @@ from numpy.typing import NDArray
 
 from palpate.capture.tables import columns_of
 from palpate.config.sensor import said_of_base
-from palpate.estimate.direct.contact import (
-    Contact,
-    depth_along,
-    object_from_table,
-)
+from palpate.estimate.direct.contact import Contact, depth_along, object_from_table
 from palpate.estimate.direct.indentation import DirectIndentation, SupportAxes, zero_std
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.options import (
@@ -83,11 +79,7 @@ class ProbeRecord:
 
     @staticmethod
     def of(
-        path: pd.DataFrame,
-        probe: Mapping,
-        sensor: Mapping,
-        *,
-        clock_offset_s: float,
+        path: pd.DataFrame, probe: Mapping, sensor: Mapping, *, clock_offset_s: float
     ) -> "ProbeRecord":
         """What path.csv and clock.json say, with the probe's file and the sensor's."""
         base = None if from_pictures(path) else sensor["base"]

@@ -11,12 +11,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from palpate.estimate.direct.options import Rig
-from palpate.estimate.hertz.fit import (
-    LEVEL,
-    ContactFit,
-    fit_free_contact,
-    fit_known_contact,
-)
+from palpate.estimate.hertz.fit import LEVEL, ContactFit, fit_free_contact, fit_known_contact
 from palpate.estimate.hertz.indentation import SHALLOW, Indentation
 from palpate.estimate.hertz.laws import (
     LARGEST_CHI,
@@ -51,11 +46,7 @@ INTERVALS = {
 
 
 def estimate_hertz(
-    indentation: Indentation,
-    options: Hertz,
-    *,
-    rig: Rig | None = None,
-    clock_std_s: float = 0.0,
+    indentation: Indentation, options: Hertz, *, rig: Rig | None = None, clock_std_s: float = 0.0
 ) -> dict:
     """Fit the study's model and the recommended one to an indentation, the latter to its hold too.
 
