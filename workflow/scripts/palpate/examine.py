@@ -192,12 +192,7 @@ def _press(capture: Capture, press: Press, config: Config) -> Findings:
 def told_of(folder: Path, taken: Sequence[str]) -> Iterator[str]:
     """Say what was made of a record's stamps and of its columns, where another might be expected.
 
-    Parameters
-    ----------
-    folder : Path
-        Of a capture.
-    taken : sequence of str
-        Columns of force.csv that were.
+    Of a capture's folder, and the columns of force.csv that were taken.
     """
     raw = read_table(folder / FORCE)
     burst = sampled_s(raw["time_s"].to_numpy(float))[1]

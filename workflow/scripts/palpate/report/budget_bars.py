@@ -155,17 +155,9 @@ SOURCES = {
 
 
 def bars(rows: Sequence[Mapping]) -> str:
-    """Sources of a budget as bars, and advice for the largest.
+    """Sources of a budget (`Budget.rows`) as bars, and advice for the largest, in HTML.
 
-    Parameters
-    ----------
-    rows : sequence of mapping
-        Of `Budget.rows`.
-
-    Returns
-    -------
-    str
-        HTML. A bar is a source's share of the variance.
+    A bar is a source's share of the variance.
     """
     shares = {name: _shares(rows, name) for name in SHOWN}
     most = np.max(list(shares.values()), axis=0)
@@ -180,13 +172,7 @@ def bars(rows: Sequence[Mapping]) -> str:
 
 
 def largest(rows: Sequence[Mapping]) -> str:
-    """One sentence with the largest source of each quantity's doubt, and its share.
-
-    Parameters
-    ----------
-    rows : sequence of mapping
-        Of `Budget.rows`.
-    """
+    """One sentence with the largest source of each quantity's doubt, and its share."""
     of: dict[str, list[str]] = {}
     for quantity, label in SHOWN.items():
         shares = _shares(rows, quantity)

@@ -18,13 +18,7 @@ CURVE_IN, CAPTURE_IN = 2.3, 2.6
 
 
 def figure_of_curves(fits: Sequence[tuple[str, HertzFit]]) -> Figure:
-    """Force over indentation with the law, and what it leaves, a row for each curve.
-
-    Parameters
-    ----------
-    fits : sequence of (str, HertzFit)
-        With the curves' files.
-    """
+    """Force over indentation with the law, and what it leaves, a row for each curve's file."""
     with journal():
         size = (PAGE_IN, CURVE_IN * len(fits))
         figure, axes = plt.subplots(len(fits), 2, figsize=size, squeeze=False)
@@ -38,13 +32,7 @@ def figure_of_curves(fits: Sequence[tuple[str, HertzFit]]) -> Figure:
 
 
 def figure_of_estimates(estimates: Sequence[tuple[str, DirectEstimate]]) -> Figure:
-    """What captures show beside what the estimate makes of it, a row for each estimate.
-
-    Parameters
-    ----------
-    estimates : sequence of (str, DirectEstimate)
-        With their titles.
-    """
+    """What captures show beside what the estimate makes of it, a row for each title."""
     count = len(estimates)
     with journal():
         look = {"figsize": (PAGE_IN, CAPTURE_IN * count), "layout": "constrained"}

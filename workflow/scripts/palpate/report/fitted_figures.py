@@ -65,11 +65,7 @@ def _compared_s(fitted: Mapping[str, CaptureFit]) -> float:
 def fits(sensors: Sequence[str], fitted: Sequence[Mapping[str, CaptureFit]]) -> Figure:
     """Force against depth and motion against distance, with what the estimate leaves of both.
 
-    Parameters
-    ----------
-    sensors : sequence of str
-    fitted : sequence of mapping
-        Of `load_fitted`, by capture.
+    By sensor and, of each (`load_fitted`), by capture.
     """
     count = len(sensors)
     figure = plt.figure(figsize=(PAGE_IN, ROW_IN * count))
@@ -87,13 +83,8 @@ def fits(sensors: Sequence[str], fitted: Sequence[Mapping[str, CaptureFit]]) -> 
 def known(sensors: Sequence[str], estimates: Sequence[Mapping], ends_s: Sequence[float]) -> Figure:
     """Plane of nu and E, place among the laws, and E over time.
 
-    Parameters
-    ----------
-    sensors : sequence of str
-    estimates : sequence of mapping
-        direct.json of each.
-    ends_s : sequence of float
-        How long after the touch captures with each were compared [s].
+    By sensor, of the direct.json of each and how long after the touch its captures were compared
+    [s].
     """
     count = len(sensors)
     figure, axes = plt.subplots(count, 3, figsize=(PAGE_IN, KNOWN_IN * count), squeeze=False)

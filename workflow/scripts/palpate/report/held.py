@@ -178,12 +178,7 @@ def named(capture: Mapping) -> str:
 def seconds_compared(time_s: NDArray, depth_m: NDArray, frames: NDArray) -> float:
     """From the touch to the last frame that was compared [s].
 
-    Parameters
-    ----------
-    time_s, depth_m : (f,) arrays
-        Of all frames.
-    frames : (c,) array
-        Those that were compared.
+    Of times [s] and depths [m] of all frames, (f,), and those that were compared (c,).
     """
     return float(time_s[frames[-1]] - _first(time_s, depth_m, 0.0))
 

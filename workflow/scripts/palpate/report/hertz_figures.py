@@ -38,12 +38,7 @@ def make_hertz_fits(inputs: Any, params: Any) -> Figure:
 def hertz_fits(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> Figure:
     """Hertz model fitted to one point per sensor, with range and residuals.
 
-    Parameters
-    ----------
-    captures : sequence of mapping
-        ``sensor, point, provenance`` of each capture.
-    fits : sequence of mapping
-        hertz.json of each.
+    Of the hertz.json of captures (``sensor, point, provenance``).
     """
     count = len(fits)
     figure, axes = plt.subplots(
@@ -69,21 +64,10 @@ def hertz_fits(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> Figure:
 
 
 def curve_band(fit: Mapping, depth_m: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-    """Curve of the fit with a free contact point, and the 95 % band of its mean.
+    """Curve of the fit with a free contact point, and its mean's 95 % band (low, high), (n,) [N].
 
-    Linear propagation of both parameters' errors, with their correlation, for independent
-    residuals of equal variance.
-
-    Parameters
-    ----------
-    fit : mapping
-        hertz.json of a capture.
-    depth_m : (n,) array
-        Depths to show [m].
-
-    Returns
-    -------
-    force_n, low_n, high_n : (n,) arrays
+    Linear propagation of both parameters' errors, with their correlation, for independent residuals
+    of equal variance. Of a capture's hertz.json, at depths (n,) [m].
     """
     free, (measured, _, used) = fit["free_contact"], samples_of(fit)
     curve, slopes = _free_curve(fit, depth_m)

@@ -99,16 +99,8 @@ def view(shown: Shown) -> dict:
 def in_steps(tracked: Tracked) -> tuple[NDArray, float, NDArray]:
     """Vertices of all frames in the object frame as whole steps about their middle.
 
-    Parameters
-    ----------
-    tracked : Tracked
-
-    Returns
-    -------
-    steps : (f, n, 3) int array
-    step_mm : float
-        Length of a step: a 64,000th of the object's greatest extent.
-    middle_mm : (3,) array
+    Steps (f, n, 3) int, the length of a step [mm], a 64,000th of the object's greatest extent, and
+    the middle (3,) [mm].
 
     Raises
     ------
@@ -167,21 +159,9 @@ def page(
 ) -> str:
     """Put style, views, their behaviour and the plotting library into the page.
 
-    Parameters
-    ----------
-    template, behaviour, plotly : str
-        HTML with the places ``@@name@@``, and scripts.
-    views : sequence of mapping
-        As `view` gives them.
-    tracker : str
-        Whose surfaces they are.
-    estimates : str, optional
-        All objects beside one another, as `objects_table.section` gives them.
-
-    Returns
-    -------
-    str
-        The same for the same views.
+    The template is HTML with the places ``@@name@@``, behaviour and plotly are scripts, views are
+    as `view` gives them, and ``estimates`` as `objects_table.section` does; ``tracker`` says whose
+    surfaces they are. The same views give the same page.
     """
     data = {"tracker": tracker, "views": list(views)}
     parts = {

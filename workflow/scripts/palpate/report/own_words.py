@@ -53,15 +53,7 @@ AFTER_S = {"youngs_modulus_1s_pa": ONE_SECOND_S}
 
 
 def headline(row: Mapping, name: str) -> str:
-    """One sentence with what was found of an object, in Markdown.
-
-    Parameters
-    ----------
-    row : mapping
-        Recommended row of its summary.csv.
-    name : str
-        The object.
-    """
+    """One sentence, in Markdown, with what a recommended row of summary.csv says of an object."""
     star, effective, young, nu = (
         Modulus.of_row(row, key)
         for key in (
@@ -110,13 +102,7 @@ def verdict(row: Mapping) -> Iterator[str]:
 def law(place: float, std: float) -> str:
     """What is known of how the force rises with depth.
 
-    Parameters
-    ----------
-    place, std : float
-        Between the laws, 0 and 1, and its standard uncertainty.
-
-    >>> law(0.1, 0.2).partition(": ")[2]
-    "0.10 of the way to Blatz and Ko's (-0.29 to 0.49)."
+    Of its place between the laws, 0 and 1, and that place's standard uncertainty.
     """
     half = NormalDist().inv_cdf((1 + CONFIDENCE) / 2) * std
     untold = std > LEAST_TOLD_STD
@@ -166,12 +152,7 @@ def cells(
 def conditions(direct: Mapping, held: Sequence[Held]) -> str:
     """At which strain and how fast these hold: at the depth of the effective modulus.
 
-    Parameters
-    ----------
-    direct : mapping
-        direct.json of all captures together.
-    held : sequence of Held
-        Those captures; of several the median is told.
+    Of the direct.json of all captures together, and those captures; of several the median is told.
     """
     strain, depth = 100 * direct["effective"]["strain"], direct["effective"]["depth_m"]
     there, deepest = (

@@ -57,15 +57,7 @@ class Glimpse:
 
 
 def glimpses(frames: Frames, deepest: int, name: str) -> Iterator[Glimpse]:
-    """Pictures of the deepest frame, of the first, and of that in the middle of the press.
-
-    Parameters
-    ----------
-    frames : Frames
-    deepest : int
-    name : str
-        The capture's.
-    """
+    """Pictures of the deepest frame, of the first, and of that in the middle of the press."""
     middle = int(np.argmin(np.abs(frames.force_n[: deepest + 1] - frames.force_n[deepest] / 2)))
     window = _window(frames, deepest)
     said = {deepest: "deepest frame", middle: "frame nearest half the force", 0: "first frame"}

@@ -78,15 +78,7 @@ def view_of(tracked: Tracked, fit: CaptureFit, force_n: Sequence[float]) -> dict
 
 
 def section(name: str, view: Mapping) -> str:
-    """HTML of a view that own_page.js makes turn.
-
-    Parameters
-    ----------
-    name : str
-        The capture's.
-    view : mapping
-        Of `view_of`.
-    """
+    """HTML of a view (`view_of`) of a capture that own_page.js makes turn."""
     data = json.dumps(view, ensure_ascii=True).replace("<", "\\u003c")
     buttons = "".join(
         f'<button type="button" data-turn="{way}" aria-label="{NAMES[way]}">{sign}</button>'

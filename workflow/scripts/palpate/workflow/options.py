@@ -110,12 +110,7 @@ class Config(Model):
 def as_asked(told: Any, kinds: Sequence[Any]) -> Any:
     """Give what stands after ``--config``: within braces Snakemake takes numbers for texts.
 
-    Parameters
-    ----------
-    told
-        As Snakemake gives it.
-    kinds : sequence
-        What it may be: the configuration's model.
+    Of what Snakemake gives, and what it may be: the configuration's model.
     """
     if isinstance(told, Mapping):
         return {key: as_asked(one, field_at(kinds, [key])[0]) for key, one in told.items()}

@@ -108,14 +108,7 @@ def budget_of(
 ) -> Budget:
     """What each source adds to the uncertainties of the moduli.
 
-    Parameters
-    ----------
-    best : Solution
-    quantities : Quantities
-    known : ProbeUncertainty, optional
-        What is stated of the probe's own numbers.
-    radius_m : float
-        Of the sphere.
+    ``known`` is what is stated of the probe's own numbers, and ``radius_m`` is the sphere's [m].
     """
     onto = quantities.slopes @ best.covariance
     # Those that are unknowns of the fit: their priors, through the data.

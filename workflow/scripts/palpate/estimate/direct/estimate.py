@@ -158,14 +158,7 @@ def estimate_direct(
 ) -> DirectEstimate:
     """Estimate the moduli of an object from one or more of its captures.
 
-    Parameters
-    ----------
-    indentations : sequence of DirectIndentation
-    options : Fit
-    known : ProbeUncertainty, optional
-        What is stated of the probe's own numbers.
-    radius_m : float
-        Of the sphere.
+    ``known`` is what is stated of the probe's own numbers, and ``radius_m`` is the sphere's [m].
 
     Raises
     ------

@@ -225,12 +225,7 @@ def fit_direct(
 ) -> Solution:
     """Minimise over the moduli, the law and the nuisances of all captures.
 
-    Parameters
-    ----------
-    indentations : sequence of DirectIndentation
-    options : Fit
-    *starts : Parameters
-        Where all captures start; with deviations as stated the one of least cost goes on.
+    Where all captures start: with deviations as stated the start of least cost goes on.
     """
     joint, scales = _Joint(tuple(indentations), options), (Scales(),) * len(indentations)
     vectors = []
@@ -248,14 +243,7 @@ def fit_direct(
 
 
 def held_at(best: Solution, nu: float) -> Solution:
-    """Least cost with Poisson's ratio held; deviations stay as the estimate has them.
-
-    Parameters
-    ----------
-    best : Solution
-    nu : float
-        Within its bounds.
-    """
+    """Least cost with Poisson's ratio held within its bounds; deviations stay as estimated."""
     joint = _Joint(best.indentations, best.options)
     for end in joint.bounds:  # its own arrays, which nobody else has
         end[NU] = nu

@@ -57,16 +57,10 @@ class SupportAxes:
         direction: NDArray,
         options: Fit,
     ) -> "SupportAxes":
-        """Rigid motions about the base under a contact.
+        """Rigid motions about the base under the middle of a contact (3,) [m].
 
-        Parameters
-        ----------
-        cell_m, normal : (c, 3) arrays
-            Object frame [m], unit normals outward.
-        support : Support
-        contact_m, direction : (3,) arrays
-            Middle of the contact [m]; unit vector of the indentation.
-        options : Fit
+        Of samples (c, 3) in the object frame [m] with unit normals (c, 3) outward, and the unit
+        vector (3,) of the indentation.
         """
         up = support.up
         base = contact_m - ((contact_m - support.plane_point_m) @ up) * up

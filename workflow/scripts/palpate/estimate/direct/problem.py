@@ -117,17 +117,8 @@ def direct_indentation(
 ) -> DirectIndentation:
     """Collect what the direct estimate compares of one capture.
 
-    Parameters
-    ----------
-    record : ProbeRecord
-    motion : SurfaceMotion
-    alignment : Alignment
-    template : SmoothSurface
-        Undeformed surface, object frame.
-    table : IndentationModel
-        Of the indented point.
-    support : Support
-    options : Fit
+    The template is the undeformed surface in the object frame, the table that of the indented
+    point.
 
     Raises
     ------

@@ -77,15 +77,9 @@ class Quantities:
 def quantities_of(
     best: Solution, *, radius_m: float, effective_depth_m: float | None = None
 ) -> Quantities:
-    """Moduli of an estimate and their slopes.
+    """Moduli of an estimate and their slopes, of a sphere's radius [m].
 
-    Parameters
-    ----------
-    best : Solution
-    radius_m : float
-        Of the sphere.
-    effective_depth_m : float, optional
-        In place of the options' [m].
+    ``effective_depth_m`` stands in place of the options' [m].
     """
     vector, times = best.vector, best.parameters[0].times_s
     log_E, nu, q = vector[[LOG_E, NU, FORCE_LAW]]
@@ -151,19 +145,7 @@ class Profile:
 
     @staticmethod
     def of(best: Solution, quantities: Quantities, budget: "Budget") -> "Profile":
-        """Fit again at some Poisson's ratios, and interpolate.
-
-        Parameters
-        ----------
-        best : Solution
-        quantities : Quantities
-            Of the estimate.
-        budget : Budget
-
-        Returns
-        -------
-        Profile
-        """
+        """Fit again at some Poisson's ratios about an estimate's, and interpolate."""
         nu = float(quantities.values[POISSON])
         half = stdtrit(budget.freedom.min(), (1 + CONFIDENCE) / 2) * best.std[NU]
         ends = _ends(best, nu - half, nu + half)
@@ -203,13 +185,6 @@ def intervals(
     Poisson's ratio ends at the range's bounds. Moduli have the intervals of the profile likelihood
     along it. G and K follow the stated interval of nu, have no verdict where nu has none, and K has
     no upper end where nu reaches the range's.
-
-    Parameters
-    ----------
-    best : Solution
-    quantities : Quantities
-    budget : Budget
-    profile : Profile
     """
     options, values = best.options, quantities.values
     bounds, nu = options.poisson_ratio_bounds, float(values[POISSON])

@@ -156,16 +156,6 @@ def exclusions(estimates: Sequence[Estimated]) -> list[list[str]]:
     Of single captures one in twenty may miss by chance: each that a joint estimate excludes has a
     warning, and the joint estimate has one where there are more of them than chance explains
     (binomial, by the intervals' own confidence, as if one modulus were compared).
-
-    Parameters
-    ----------
-    estimates : sequence of Estimated
-        Of one object.
-
-    Returns
-    -------
-    list of list of str
-        One for each estimate.
     """
     found: list[list[str]] = [[] for _ in estimates]
     joints = [k for k, one in enumerate(estimates) if one.joint]

@@ -118,11 +118,6 @@ def estimate_hertz(
 def fit_models(indentation: Indentation, options: Hertz) -> Iterator[dict]:
     """Fit the study's model, and the recommended one with those that its interval reaches to.
 
-    Parameters
-    ----------
-    indentation : Indentation
-    options : Hertz
-
     Yields
     ------
     dict

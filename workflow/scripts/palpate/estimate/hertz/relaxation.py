@@ -78,17 +78,10 @@ class RelaxationFit:
 
 
 def relaxation_times(time_s: NDArray) -> NDArray:
-    """Times spread over a contact that its samples can tell apart.
+    """Times spread over a contact that its samples can tell apart, (p,) [s].
 
-    Parameters
-    ----------
-    time_s : (n,) array
-        Of two samples or more from the onset of force to the end of the hold, increasing [s].
-
-    Returns
-    -------
-    (p,) array
-        Two to four times from two median intervals to the whole length, in geometric steps [s].
+    Two to four from two median intervals to the whole length, in geometric steps, of increasing
+    times (n,), two samples or more from the onset of force to the end of the hold [s].
     """
     first = FIRST_INTERVALS * float(np.median(np.diff(time_s)))
     last = max(float(time_s[-1] - time_s[0]), FACTOR * first)
