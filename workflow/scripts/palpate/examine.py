@@ -27,7 +27,6 @@ from palpate.units import MILLIMETRES
 from palpate.vision.calibrated_probe import calibrated_probe, placed_sensor
 from palpate.vision.examine_frames import examine_frames, examine_scene
 from palpate.vision.force import AVERAGED_S, zeroed
-from palpate.vision.force import FORCE as COMPONENTS
 from palpate.workflow.options import Config
 from palpate.yaml_files import load_yaml
 
@@ -139,10 +138,10 @@ def _capture(
             press = press_of(capture, config, optics)
             least = config.hertz.onset_force_n
             found += examine_scene(folder, capture.background, capture.sensor)
-            force_onset(np.linalg.norm(press.wrenches[COMPONENTS], axis=1), onset_force_n=least)
+            force_onset(press.sizes_n, onset_force_n=least)
             found += _press(capture, press, config)
             if to_align:
-                found += _place(capture, align(capture, press, config))
+                found += _place(capture, align(press))
     except ValueError as error:
         line = str(error)
         place = line.startswith(str(folder.parent))
@@ -153,7 +152,7 @@ def _capture(
 
 def _place(capture: Capture, found: Alignment) -> Findings:
     """Where the template and the first contact lie."""
-    declared_m = capture.declared["points"][capture.point]["position_m"]
+    declared_m = capture.declared_point["position_m"]
     away_mm = MILLIMETRES * float(np.linalg.norm(found.contact_point_m - declared_m))
     off = f"template {MILLIMETRES * found.rms_m:.1f} mm off the first cloud (rms)"
     told = (f"{off}, contact {away_mm:.1f} mm from the declared point",)
