@@ -1,6 +1,6 @@
 """Figures of a direct estimate: what was seen and computed, and what of it is known."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -12,14 +12,25 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 from scipy.stats import chi2, norm
 
+from palpate.estimate.direct.estimate import DirectEstimate
 from palpate.estimate.direct.quantities import ONE_SECOND_S
 from palpate.estimate.direct.result import CaptureFit, load_fitted
 from palpate.estimate.relaxation import relaxed_share
 from palpate.json_fields import read_all
-from palpate.modulus import CONFIDENCE
+from palpate.modulus import CONFIDENCE, LABELS
 from palpate.report.held import seconds_compared
 from palpate.report.own_words import LAWS
-from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE_IN, finished, sensor_name
+from palpate.report.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PAGE_IN,
+    finished,
+    journal,
+    sensor_name,
+)
 from palpate.units import KILOPASCALS, MILLIMETRES
 
 ROW_IN, KNOWN_IN = 3.0, 2.6
@@ -42,8 +53,8 @@ FROM_S, TO_S = 0.03, 30.0
 
 def make_fit(inputs: Any, params: Any) -> Figure:
     """Force and motion, seen and computed, of each sensor's captures together."""
-    fitted = [load_fitted(one) for one in inputs.fitted]
-    return finished(fits([g["sensor"] for g in params.groups], fitted), _provenances(params))
+    titles = [f"{sensor_name(group['sensor'])}: force" for group in params.groups]
+    return finished(fits(titles, map(load_fitted, inputs.fitted)), _provenances(params))
 
 
 def make_known(inputs: Any, params: Any) -> Figure:
@@ -62,20 +73,30 @@ def _compared_s(fitted: Mapping[str, CaptureFit]) -> float:
     return max(seconds_compared(one.time_s, one.tip_depth_m, one.frames) for one in fitted.values())
 
 
-def fits(sensors: Sequence[str], fitted: Sequence[Mapping[str, CaptureFit]]) -> Figure:
+def figure_of_estimates(estimates: Sequence[tuple[str, DirectEstimate]]) -> Figure:
+    """Draw `fits` of estimates with their titles, and E and nu above them."""
+    with journal():
+        moduli = ("youngs_modulus_pa", "poisson_ratio")
+        titles = [
+            "\n".join([title, *(f"{LABELS[name]} {found.moduli[name]}" for name in moduli)])
+            for title, found in estimates
+        ]
+        return finished(fits(titles, [dict(enumerate(one.captures())) for _, one in estimates]))
+
+
+def fits(titles: Sequence[str], fitted: Iterable[Mapping[Any, CaptureFit]]) -> Figure:
     """Force against depth and motion against distance, with what the estimate leaves of both.
 
-    By sensor and, of each (`load_fitted`), by capture.
+    A row for each title and captures by name (`load_fitted`).
     """
-    count = len(sensors)
+    count = len(titles)
     figure = plt.figure(figsize=(PAGE_IN, ROW_IN * count))
-    rows = figure.add_gridspec(count, 1)
-    for row, sensor, captures in zip(rows, sensors, fitted, strict=True):
+    for row, title, captures in zip(figure.add_gridspec(count, 1), titles, fitted, strict=True):
         panels = row.subgridspec(2, 2, height_ratios=(2.2, 1), hspace=0.15, wspace=0.25).subplots()
         (force, motion), (force_left, motion_left) = panels
         _force(force, force_left, captures)
         _motion(motion, motion_left, captures)
-        force.set_title(f"{sensor_name(sensor)}: force")
+        force.set_title(title)
         motion.set_title("motion of the surface, deepest frame")
     return figure
 

@@ -1,6 +1,7 @@
 """Hertz model beside the recorded force and depth of each capture."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -10,6 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from palpate.estimate.hertz.curve_fit import HertzFit
 from palpate.estimate.hertz.laws import parabola_force
 from palpate.json_fields import read_all
 from palpate.modulus import CONFIDENCE
@@ -23,11 +25,13 @@ from palpate.report.style import (
     PAGE_IN,
     SMALL,
     finished,
+    journal,
     sensor_name,
 )
-from palpate.units import KILOPASCALS, MILLIMETRES, MILLINEWTONS
+from palpate.units import KILOPASCALS, MILLIMETRES, MILLINEWTONS, readable
 
 SHOWN_BEFORE_M = 0.002
+CURVE_IN = 2.3
 
 
 def make_hertz_fits(inputs: Any, params: Any) -> Figure:
@@ -61,6 +65,20 @@ def hertz_fits(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> Figure:
     axes[1, 0].set_ylabel("Residual (mN)")
     figure.align_ylabels(axes[:, 0])
     return finished(figure, {capture["provenance"] for capture in captures})
+
+
+def figure_of_curves(fits: Sequence[tuple[str, HertzFit]]) -> Figure:
+    """Force over indentation with the law, and what it leaves, a row for each curve's file."""
+    with journal():
+        size = (PAGE_IN, CURVE_IN * len(fits))
+        figure, axes = plt.subplots(len(fits), 2, figsize=size, squeeze=False)
+        for (name, fit), (left, right) in zip(fits, axes, strict=True):
+            fit.plot(left)
+            left.set_title(Path(name).name, fontsize=7.5)
+            _curve_residuals(fit, right)
+            right.set_xlim(left.get_xlim())
+        figure.tight_layout()
+    return figure
 
 
 def curve_band(fit: Mapping, depth_m: NDArray) -> tuple[NDArray, NDArray, NDArray]:
@@ -157,3 +175,12 @@ def _signed(value: float) -> str:
 def _range(free: Mapping) -> str:
     low, high = (value * KILOPASCALS for value in free["reduced_modulus_interval_pa"])
     return f"E* {kilopascals(free)} ({low:.1f} to {high:.1f}) kPa"
+
+
+def _curve_residuals(fit: HertzFit, axes: Axes) -> None:
+    way, length = readable(fit.press_m, "m")
+    scale, unit = readable(float(np.abs(fit.residual_n).max()), "N")
+    axes.plot(way * (fit.depth_m - fit.contact_m), scale * fit.residual_n, ".", ms=3, color=GREY)
+    axes.axhline(0, lw=0.6, color=BLACK)
+    axes.set(xlabel=f"indentation ({length})", ylabel=f"force less law ({unit})")
+    axes.set_title(fit.quality, fontsize=7.5)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +21,6 @@ from palpate.estimate.direct.result import CaptureFit, described_law, nuisances,
 from palpate.estimate.direct.warnings import contradictions, warnings_of
 from palpate.modulus import Modulus, bounded_at_best
 from palpate.solid.options import greatest_ratio
-from palpate.units import MILLIMETRES
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 START_POISSON_RATIOS = (0.1, 0.3, 0.45)
 
@@ -125,18 +120,6 @@ class DirectEstimate:
                 )
             )
         return found
-
-    def plot(self, axes: "Axes") -> None:
-        """Draw force over indentation of each capture, seen and fitted, into axes of Matplotlib."""
-        for number, one in enumerate(self.captures()):
-            order = np.argsort(one.fitted_depth_m)
-            seen = {"color": "#9A9A9A", "label": None if number else "seen"}
-            fitted = {"color": "#D55E00", "label": None if number else "fitted"}
-            axes.plot(MILLIMETRES * one.depth_m, one.force_n, ".", **seen)
-            depth = MILLIMETRES * one.fitted_depth_m
-            axes.plot(depth[order], one.force_n[order], lw=0.9, **fitted)
-        axes.set(xlabel="indentation (mm)", ylabel="force (N)")
-        axes.legend()
 
     @property
     def bound(self) -> NDArray:
