@@ -14,23 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 from scipy.special import ndtri, stdtrit
 
+from palpate import modulus
 from palpate.estimate.direct.fit import Solution, held_at
 from palpate.estimate.direct.indentation import FORCE_LAW, LOG_E, NU, SHARED
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.warnings import FAR_ZERO, at_end, farthest_zero
 from palpate.estimate.relaxation import relaxed_share
-from palpate.modulus import (
-    ASSUMED,
-    AT_BOUND,
-    BOUNDED,
-    CONFIDENCE,
-    LABELS,
-    NOT_IDENTIFIED,
-    NOT_JUDGED,
-    Modulus,
-    bounded_at_best,
-    verdict_of_nu,
-)
+from palpate.modulus import Modulus
 
 if TYPE_CHECKING:
     from palpate.estimate.direct.budget import Budget
@@ -45,8 +35,8 @@ TABOR = 0.2
 TOLD_PART = 0.8
 NU_STEPS = 201
 SHEAR, BULK = "shear_modulus_pa", "bulk_modulus_pa"
-NAMES = (*LABELS, SHEAR, BULK)
-EFFECTIVE, E, E_1S, POISSON, STAR = range(len(LABELS))
+NAMES = (*modulus.LABELS, SHEAR, BULK)
+EFFECTIVE, E, E_1S, POISSON, STAR = range(len(modulus.LABELS))
 LOG_MODULI = np.array([name.endswith("_pa") for name in NAMES])
 
 
@@ -147,10 +137,10 @@ class Profile:
     def of(best: Solution, quantities: Quantities, budget: "Budget") -> "Profile":
         """Fit again at some Poisson's ratios about an estimate's, and interpolate."""
         nu = float(quantities.values[POISSON])
-        half = stdtrit(budget.freedom.min(), (1 + CONFIDENCE) / 2) * best.std[NU]
+        half = stdtrit(budget.freedom.min(), (1 + modulus.CONFIDENCE) / 2) * best.std[NU]
         ends = _ends(best, nu - half, nu + half)
         # No steps too short to tell fits apart; where one side has none the other has all.
-        long = [end for end in ends if abs(end - nu) > AT_BOUND]
+        long = [end for end in ends if abs(end - nu) > modulus.AT_BOUND]
         parts = np.linspace(0, 1, 5 if len(long) == 1 else 3)[1:]
         nodes = np.sort([nu, *(nu + part * (end - nu) for end in long for part in parts)])
         held = [best if node == nu else held_at(best, node) for node in nodes]
@@ -188,7 +178,7 @@ def intervals(
     """
     options, values = best.options, quantities.values
     bounds, nu = options.poisson_ratio_bounds, float(values[POISSON])
-    quantile = stdtrit(budget.freedom, (1 + CONFIDENCE) / 2)
+    quantile = stdtrit(budget.freedom, (1 + modulus.CONFIDENCE) / 2)
     moved = quantities.slopes @ best.covariance @ quantities.slopes[POISSON]
     few, half = _few_frames(best), quantile[POISSON] * budget.std[POISSON]
     # What the fit contradicts is no better for its interval.
@@ -196,14 +186,14 @@ def intervals(
     contradicted = not converged or farthest_zero(best)[1] > FAR_ZERO
     nu_std, ends = np.sqrt(moved[POISSON]), _ends(best, nu - half, nu + half)
     ratio = _ratio(nu, ends, nu_std, contradicted, options)
-    half = (ratio.high - ratio.low) / 2 if ratio.verdict == ASSUMED else half
+    half = (ratio.high - ratio.low) / 2 if ratio.verdict == modulus.ASSUMED else half
     slope, star_variance = _star_by_nu(budget.std, nu)
     found = {}
     for k, name in enumerate(NAMES):
         if k == POISSON:
             found[name] = ratio
             continue
-        if k < len(LABELS):
+        if k < len(modulus.LABELS):
             ratios = np.append(np.linspace(*profile.ends, NU_STEPS), nu)
             each, rise, wider = profile.at(ratios)
             # The budget holds the covariance: what is left of it does not go with nu.
@@ -222,12 +212,12 @@ def intervals(
         low, high = (logs - reach)[inside].min(), (logs + reach)[inside].max()
         found[name] = Modulus.of_pascals(*map(float, np.exp([values[k], low, high])))
         if contradicted:
-            found[name] = replace(found[name], verdict=NOT_JUDGED)
-    if ratio.high >= bounds[1] - AT_BOUND:
-        found[BULK] = replace(found[BULK], high=None, verdict=BOUNDED)
-    if ratio.verdict in (NOT_IDENTIFIED, NOT_JUDGED):
+            found[name] = replace(found[name], verdict=modulus.NOT_JUDGED)
+    if ratio.high >= bounds[1] - modulus.AT_BOUND:
+        found[BULK] = replace(found[BULK], high=None, verdict=modulus.BOUNDED)
+    if ratio.verdict in (modulus.NOT_IDENTIFIED, modulus.NOT_JUDGED):
         found |= {name: replace(found[name], verdict=ratio.verdict) for name in (SHEAR, BULK)}
-    return bounded_at_best(found) if few or at_end(best) else found
+    return modulus.bounded_at_best(found) if few or at_end(best) else found
 
 
 def _few_frames(best: Solution) -> bool:
@@ -259,8 +249,8 @@ def _star_by_nu(std: NDArray, nu: float) -> tuple[float, float]:
 def _ratio(nu: float, ends: NDArray, std: float, contradicted: bool, options: Fit) -> Modulus:
     """Poisson's ratio with its interval's ends: what was known of it where little is added."""
     bounds, known_std = options.poisson_ratio_bounds, options.poisson_ratio_std
-    verdict = verdict_of_nu(*ends, bounds)
+    verdict = modulus.verdict_of_nu(*ends, bounds)
     if options.poisson_ratio is not None and std > TOLD_PART * known_std:
-        half = float(ndtri((1 + CONFIDENCE) / 2)) * known_std * np.array([-1.0, 1.0])
-        ends, verdict = np.clip(options.poisson_ratio + half, *bounds), ASSUMED
-    return Modulus(nu, *map(float, ends), NOT_JUDGED if contradicted else verdict, "1")
+        half = float(ndtri((1 + modulus.CONFIDENCE) / 2)) * known_std * np.array([-1.0, 1.0])
+        ends, verdict = np.clip(options.poisson_ratio + half, *bounds), modulus.ASSUMED
+    return Modulus(nu, *map(float, ends), modulus.NOT_JUDGED if contradicted else verdict, "1")

@@ -11,16 +11,9 @@ import numpy as np
 from scipy.special import ndtri
 
 from palpate.estimate.direct.options import Rig
+from palpate.estimate.hertz import laws
 from palpate.estimate.hertz.fit import LEVEL, ContactFit, fit_free_contact, fit_known_contact
 from palpate.estimate.hertz.indentation import SHALLOW, Indentation
-from palpate.estimate.hertz.laws import (
-    LARGEST_CHI,
-    LAYERS,
-    Law,
-    finite_strain_factor,
-    layer_factor,
-    parabola_force,
-)
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.relaxation import (
     RelaxationFit,
@@ -96,7 +89,7 @@ def estimate_hertz(
         best["doubts"].append("too few samples to allow for relaxation and finite strain")
     used, radius = indentation.loading, indentation.radius_m
     depth, force = indentation.depth_m[used], indentation.magnitude_n[used]
-    paraboloid = partial(parabola_force, radius_m=radius)
+    paraboloid = partial(laws.parabola_force, radius_m=radius)
     study = vars(fit_known_contact(depth, force, paraboloid, depth_std_m=0.0))
     flat = replace(indentation, shape=replace(indentation.shape, curvature_per_m=0.0))
     return {
@@ -129,7 +122,7 @@ def fit_models(indentation: Indentation, options: Hertz) -> Iterator[dict]:
     weighted = {"indenter": indentation.indenter, "contact": "weighted"}
     for name in [OF_STUDY, *(weighted | {"support": one} for one in indentation.supports)]:
         found = vars(fit_model(indentation, options, **name))
-        layer = name["support"] in LAYERS
+        layer = name["support"] in laws.LAYERS
         of_layer = {"poisson_ratio": options.assumed_poisson_ratio} if layer else {}
         yield name | {"relaxation": "none"} | found | of_layer
 
@@ -171,13 +164,13 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
     doubts = [*indentation.shape.doubts]
     if indentation.thin:
         support = "half_space"
-        doubts.append(f"the layer is thin, chi {chi:.2f} above {LARGEST_CHI}: {INSTEAD}")
+        doubts.append(f"the layer is thin, chi {chi:.2f} above {laws.LARGEST_CHI}: {INSTEAD}")
     alike = [m for m in models if (m["indenter"], m["contact"]) == (indenter, "weighted")]
     # What allows for relaxation follows its own model without.
     best = [m for m in alike if m["support"] == support][-1]
     rule = (
         f"depth over radius {indentation.depth_over_radius:.2f}, chi {chi:.2f};"
-        f" sneddon above {SHALLOW:g}, a layer up to chi {LARGEST_CHI:g}, contact weighted,"
+        f" sneddon above {SHALLOW:g}, a layer up to chi {laws.LARGEST_CHI:g}, contact weighted,"
         f" relaxation {best['relaxation']}"
     )
     if doubts:
@@ -186,7 +179,7 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
         ends.append(max(ends) / max(1 - indentation.shape.side_part, LEAST_LEFT))
         if indentation.thin:
             nu, chi = best.get("poisson_ratio", LARGEST_POISSON_RATIO), np.array(chi)
-            ends += [min(ends) / float(layer_factor(chi, nu, layer)) for layer in LAYERS]
+            ends += [min(ends) / float(laws.layer_factor(chi, nu, layer)) for layer in laws.LAYERS]
         best = _reaching(best, ends)
     return dict(best) | {"rule": rule, "doubts": doubts}
 
@@ -198,10 +191,10 @@ def _fit_relaxing(indentation: Indentation, model: Mapping, options: Hertz) -> R
     # A round base goes in as the powers -1/3 of the radii; its part of the depth is no strain.
     part = 1 / (1 + np.cbrt(indentation.shape.foot_curvature_per_m / bend))
 
-    def strained(nu: float) -> Law:
+    def strained(nu: float) -> laws.Law:
         law = indentation.law(model["indenter"], model["support"], nu)
         return lambda depth_m: (
-            law(depth_m) * finite_strain_factor(part * depth_m / radius, nu) ** part
+            law(depth_m) * laws.finite_strain_factor(part * depth_m / radius, nu) ** part
         )
 
     return fit_relaxation(
