@@ -96,14 +96,7 @@ class Held:
 
 @dataclass(frozen=True)
 class Check:
-    """A number of a recording.
-
-    Attributes
-    ----------
-    what, found, good : str
-        What it is, its value, and which values are good.
-    passed : bool
-    """
+    """A number of a recording: what it is, its value, which values are good, and whether it is."""
 
     what: str
     found: str

@@ -26,19 +26,10 @@ COLUMNS = {"E": "youngs_modulus_pa", "nu": "poisson_ratio", "reduced": "reduced_
 
 @dataclass(frozen=True)
 class Shown:
-    """One capture on the page.
+    """One capture on the page: ``object``, ``sensor``, ``capture``, ``point``, ``provenance``.
 
-    Attributes
-    ----------
-    capture : mapping
-        ``object``, ``sensor``, ``capture``, ``point``, ``provenance``.
-    tracked : Tracked
-    fit : mapping
-        hertz.json: its samples hold force and depth of each frame.
-    minima : mapping
-        minimise-<error>.json by error option.
-    advised : mapping or None, optional
-        Row of summary.csv that is recommended of its object and sensor.
+    With its hertz.json, whose samples hold force and depth of each frame, minimise-<error>.json by
+    error option, and the recommended row of summary.csv of its object and sensor, if there is one.
     """
 
     capture: Mapping
@@ -51,17 +42,10 @@ class Shown:
 def view(shown: Shown) -> dict:
     """What the page gets of one capture.
 
-    Parameters
-    ----------
-    shown : Shown
-
-    Returns
-    -------
-    dict
-        ``title``, ``provenance``; ``steps`` (base64 of int16, frame by vertex by axis), ``step_mm``
-        and ``middle_mm`` that take them to the object frame, ``faces`` (base64 of uint32);
-        ``frames`` (force and depth of each, as text), ``deepest_frame``, ``largest_mm``: the
-        greatest displacement there, and ``moduli``: rows of text.
+    ``title``, ``provenance``; ``steps`` (base64 of int16, frame by vertex by axis), ``step_mm`` and
+    ``middle_mm`` that take them to the object frame, ``faces`` (base64 of uint32); ``frames``
+    (force and depth of each, as text), ``deepest_frame``, ``largest_mm``: the greatest displacement
+    there, and ``moduli``: rows of text.
 
     Raises
     ------

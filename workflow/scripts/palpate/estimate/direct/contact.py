@@ -194,20 +194,9 @@ def object_from_table(
     """Rigid motion that brings a table's first touch to that of an indentation, (4, 4).
 
     Along the surface and turned with it, as far as the surface lies on itself then, as a flat face
-    far from its edges does, and a ball all around.
-
-    Parameters
-    ----------
-    table : IndentationModel
-    surface : SmoothSurface
-        Undeformed template, object frame.
-    centre_m : (3,) array
-        Of the sphere when it first touched, object frame [m].
-
-    Returns
-    -------
-    (4, 4) array
-        The unit matrix where the surface does not allow it, and the contact is near enough.
+    far from its edges does, and a ball all around; the unit matrix where it does not, and the
+    contact is near enough. Of the undeformed template and the sphere's centre when it first
+    touched, (3,) in the object frame [m].
 
     Raises
     ------

@@ -72,9 +72,8 @@ class DirectEstimate:
         """All that direct.json says of it."""
         best, first = self.solution, self.solution.parameters[0]
         # Least deviations of log moduli and nu, and their parts of those that are stated.
-        bound = zip(
-            NAMES, self.bound.tolist(), (self.bound / self.budget.std).tolist(), strict=True
-        )
+        parts = self.bound / self.budget.std
+        bound = zip(NAMES, self.bound.tolist(), parts.tolist(), strict=True)
         times_s, fractions = self.options.relaxation_times_s, first.fractions.tolist()
         return {
             "frames": [len(one.frames_pictured[1]) for one in best.indentations],

@@ -180,19 +180,10 @@ class _Joint:
 
 @dataclass(frozen=True)
 class Solution(_Joint):
-    """Least cost of captures.
+    """Least cost of captures, with the deviations that were found.
 
-    Attributes
-    ----------
-    indentations : tuple of DirectIndentation
-        With the deviations that were found.
-    options : Fit
-    vector : (size,) array
-        Unknowns: (log E, nu, q, m, gain, fractions, and what each capture has for itself).
-    scales : tuple of Scales
-        Of each capture.
-    converged : bool, optional
-        Whether the last steps were small.
+    Unknowns (size,) are (log E, nu, q, m, gain, fractions, and what each capture has for itself);
+    there are scales of each capture, and whether the last steps were small.
     """
 
     vector: NDArray

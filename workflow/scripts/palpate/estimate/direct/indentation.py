@@ -292,18 +292,26 @@ def _predicted(indentation: DirectIndentation, of: Parameters) -> _Predicted:
     return _Predicted(unit, table.depth(unit, nu, of.force_law), first, motion)
 
 
-def residuals(indentation: DirectIndentation, of: Parameters) -> Residuals:
+def residuals(
+    indentation: DirectIndentation, of: Parameters, here: _Predicted | None = None
+) -> Residuals:
     """Compare a capture with what its measured force makes of the object."""
-    return Residuals(*_residuals(indentation, of, _predicted(indentation, of)))
+    here = here or _predicted(indentation, of)
+    measured = indentation.depth_m + of.offset_m + of.clock_s * indentation.speed_m_s
+    motion = here.motion.motion_m + _support_motion(indentation, of)
+    motion = (1 + of.gain) * motion + of.shift_m
+    gap = ((indentation.moved_m - motion) / indentation.moved_std_m)[indentation.seen]
+    settled = indentation.load * (indentation.support_axes.tip_m @ of.support_motion)
+    depth = here.depth.depth_m + settled - measured
+    return Residuals(solve_triangular(indentation.depth_root_m, depth, lower=True), gap)
 
 
 def linearised(indentation: DirectIndentation, of: Parameters) -> Linearised:
     """Residuals and their derivatives, in the order of `Parameters.vector`."""
     here, axes = _predicted(indentation, of), indentation.support_axes
-    time_s, force_n, speed_m_s = indentation.time_s, indentation.force_n, indentation.speed_m_s
-    by_fraction = elastic_force_derivatives(
-        time_s, force_n, fractions=of.fractions, times_s=of.times_s
-    )[indentation.frames]
+    record, speed_m_s = (indentation.time_s, indentation.force_n), indentation.speed_m_s
+    relaxing = {"fractions": of.fractions, "times_s": of.times_s}
+    by_fraction = elastic_force_derivatives(*record, **relaxing)[indentation.frames]
 
     def by_force(deeper: DepthOfForce) -> list[NDArray]:
         """Slopes of a depth that the force gives, by log E, nu, q and each fraction."""
@@ -335,11 +343,9 @@ def linearised(indentation: DirectIndentation, of: Parameters) -> Linearised:
         gain * motion.by_depth * speed_m_s[:, None],
     ]
     divided = [(-column / indentation.moved_std_m)[indentation.seen] for column in columns]
-    return Linearised(
-        *_residuals(indentation, of, here),
-        solve_triangular(indentation.depth_root_m, depth, lower=True),
-        np.stack(divided, axis=1),
-    )
+    by_depth = solve_triangular(indentation.depth_root_m, depth, lower=True)
+    gaps = residuals(indentation, of, here)
+    return Linearised(gaps.depth, gaps.motion, by_depth, np.stack(divided, axis=1))
 
 
 def depth_noise(indentation: DirectIndentation, of: Parameters) -> NDArray:
@@ -347,18 +353,6 @@ def depth_noise(indentation: DirectIndentation, of: Parameters) -> NDArray:
     softness = _predicted(indentation, of).depth.by_unit_per_m
     of_force = indentation.force_std_n / of.youngs_modulus_pa * softness
     return np.hypot(indentation.tip_std_m, of_force)
-
-
-def _residuals(
-    indentation: DirectIndentation, of: Parameters, here: _Predicted
-) -> tuple[NDArray, NDArray]:
-    measured = indentation.depth_m + of.offset_m + of.clock_s * indentation.speed_m_s
-    motion = here.motion.motion_m + _support_motion(indentation, of)
-    motion = (1 + of.gain) * motion + of.shift_m
-    gap = ((indentation.moved_m - motion) / indentation.moved_std_m)[indentation.seen]
-    settled = indentation.load * (indentation.support_axes.tip_m @ of.support_motion)
-    depth = here.depth.depth_m + settled - measured
-    return solve_triangular(indentation.depth_root_m, depth, lower=True), gap
 
 
 def _support_motion(indentation: DirectIndentation, of: Parameters) -> NDArray:

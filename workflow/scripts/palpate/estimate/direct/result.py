@@ -90,10 +90,7 @@ def load_fitted(path: str | Path) -> dict[str, CaptureFit]:
     """
     captures = read_arrays(path, [CAPTURES])[CAPTURES].tolist()
     arrays = read_arrays(path, [f"{capture}/{name}" for capture in captures for name in FITTED])
-    return {
-        capture: CaptureFit(**{name: arrays[f"{capture}/{name}"] for name in FITTED})
-        for capture in captures
-    }
+    return {one: CaptureFit(*(arrays[f"{one}/{name}"] for name in FITTED)) for one in captures}
 
 
 def described_law(best: Solution, known: Quantities) -> dict:
@@ -168,11 +165,12 @@ def regions_of(best: Solution) -> dict[str, NDArray]:
     without errors of rig, of table and of captures apart. What is not determined of a direction has
     none, where a covariance would have no end.
     """
-    return {name: _free(best.summed(best.blocks, kinds).matrix) for name, kinds in REGIONS.items()}
-
-
-def _free(whole: NDArray) -> NDArray:
-    free, cross, rest = whole[:FREE, :FREE], whole[:FREE, FREE:], whole[FREE:, FREE:]
-    scale = 1 / np.sqrt(np.diag(rest))
-    scaled = rest * scale * scale[:, None]
-    return free - (cross * scale) @ np.linalg.solve(scaled, (cross * scale).T)
+    found = {}
+    for name, kinds in REGIONS.items():
+        whole = best.summed(best.blocks, kinds).matrix
+        cross, rest = whole[:FREE, FREE:], whole[FREE:, FREE:]
+        scale = 1 / np.sqrt(np.diag(rest))
+        scaled = rest * scale * scale[:, None]
+        taken = (cross * scale) @ np.linalg.solve(scaled, (cross * scale).T)
+        found[name] = whole[:FREE, :FREE] - taken
+    return found

@@ -140,28 +140,10 @@ def indentation_of(
     tip_std_m: float,
     options: Hertz,
 ) -> tuple[Indentation, dict]:
-    """Find the indentation of a capture, with its hold.
+    """Find an indentation with its hold, and the ``range`` and ``samples`` of hertz.json.
 
-    Parameters
-    ----------
-    template : Template
-    support : Support
-    alignment : Alignment
-    tips_m, forces_n : (f, 3) arrays
-        Centre of the sphere and force on the object, camera frame [m, N].
-    time_s : (f,) array
-        Of the frames [s].
-    radius_m : float
-        Of the sphere.
-    tip_std_m : float
-        Deviation of a tip along the probe's axis [m].
-    options : Hertz
-
-    Returns
-    -------
-    indentation : Indentation
-    samples : dict
-        ``range`` and ``samples`` of hertz.json.
+    Of centres of the sphere and forces on the object, (f, 3) each in the camera frame [m, N], at
+    times (f,) [s]; ``tip_std_m`` is the deviation of a tip along the probe's axis [m].
 
     Raises
     ------

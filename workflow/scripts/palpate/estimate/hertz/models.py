@@ -43,14 +43,8 @@ def estimate_hertz(
 ) -> dict:
     """Fit the study's model and the recommended one to an indentation, the latter to its hold too.
 
-    Parameters
-    ----------
-    indentation : Indentation
-    options : Hertz
-    rig : Rig, optional
-        Uncertainties that the models' intervals hold too; none by default.
-    clock_std_s : float, optional
-        Standard deviation of the offset between the forces' clock and the frames' [s].
+    The models' intervals hold the uncertainties of ``rig``, none by default, and the standard
+    deviation of the offset between the forces' clock and the frames' [s].
 
     Returns
     -------
@@ -151,14 +145,10 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
     """Choose a model by the indentation's geometry and by what of it was held.
 
     The indenter by the depth over the radius; the layer or the round base where the shape is one,
-    and the layer's series holds, else the half-space; the weighted contact, since it leaves
-    neither the surface nor the force unused; and relaxation allowed for wherever it was fitted.
-
-    Returns
-    -------
-    dict
-        The model, with ``rule`` in words, and ``doubts``, why no law holds, a line each: the
-        interval then reaches to those of all supports, and as far as side or base move it.
+    and the layer's series holds, else the half-space; the weighted contact, since it leaves neither
+    the surface nor the force unused; and relaxation allowed for wherever it was fitted. The model
+    has ``rule`` in words, and ``doubts``, why no law holds, a line each: the interval then reaches
+    to those of all supports, and as far as side or base move it.
     """
     indenter, support, chi = indentation.indenter, indentation.shape.support, indentation.chi
     doubts = [*indentation.shape.doubts]
