@@ -35,10 +35,9 @@ class SupportAxes:
 
     Attributes
     ----------
-    samples_m : (c, 3) array
-        Of the samples along their normals, for a unit of each motion: 1 m, and 1 rad twice.
-    tip_m : (3,) array
-        Of the contact along the indentation.
+    samples_m, tip_m : (c, 3), (3,) arrays
+        Of the samples along their normals, and of the contact along the indentation, for a unit of
+        each motion: 1 m, and 1 rad twice.
     std : (3,) array
         Deviations of the motions about 0 [m, rad, rad]; 0 where the object is bonded.
     """
@@ -62,16 +61,15 @@ class SupportAxes:
         Of samples (c, 3) in the object frame [m] with unit normals (c, 3) outward, and the unit
         vector (3,) of the indentation.
         """
-        up = support.up
+        up, moves = support.up, float(support.resting)
         base = contact_m - ((contact_m - support.plane_point_m) @ up) * up
-        std = np.array([options.sinking_std_m, *[options.rocking_std_rad] * 2])
+        std = moves * np.array([options.sinking_std_m, *[options.rocking_std_rad] * 2])
 
         def along(place: NDArray, way: NDArray) -> NDArray:
             turns = [(np.cross(a, place - base) * way).sum(axis=-1) for a in axes_across(up)]
             return np.stack([-way @ up, *turns], axis=-1)
 
-        ends = along(cell_m, normal), along(contact_m, direction)
-        return SupportAxes(*ends, std * float(support.resting))
+        return SupportAxes(along(cell_m, normal), along(contact_m, direction), std)
 
 
 @dataclass(frozen=True)
@@ -93,8 +91,8 @@ class DirectIndentation:
         Between the tip's way in them and the indentation.
     depth_m : (k,) array
         Way of the sphere as it is compared [m].
-    tip_std_m : float
-        Standard deviation of the tip along the indentation from frame to frame [m].
+    tip_std_m, force_std_n : float
+        Deviations from frame to frame of the tip along the indentation [m], and of the force [N].
     depth_root_m : (k, k) array
         Lower triangular root of the depths' covariance that the fit divides by [m].
     offset_std_m : float
@@ -104,21 +102,15 @@ class DirectIndentation:
         the force's clock from the camera's [s].
     camera_clock_std_s : float, optional
         Of the poses' clock against the camera's [s]; 0 where they come from its pictures.
-    force_std_n : float
-        Of the force from frame to frame [N].
     place_expected_m : (2,) array
         Contact from where the table has it, along the axes across the indentation [m].
     place_std_m : float
         Of that, beside the tip's [m].
-    contact_m : (3,) array
-        Middle of the contact, object frame [m].
-    cell_m : (c, 3) array
-        Samples of the undeformed surface outside of the contact, object frame [m].
-    moved_m, noise_std_m : (k, c) arrays
-        Displacement along the normals in the compared frames, and deviation of a frame's own noise
-        [m]; NaN: not seen, or between the camera's frames.
-    moved_std_m : (k, c) array
-        Deviation that the fit divides by [m].
+    contact_m, cell_m : (3,), (c, 3) arrays
+        Middle of the contact, and samples of the undeformed surface outside, object frame [m].
+    moved_m, noise_std_m, moved_std_m : (k, c) arrays
+        Displacement along the normals in the compared frames, deviation of a frame's own noise, and
+        that which the fit divides by [m]; NaN: not seen, or between the camera's frames.
     cluster : (c,) int array
         Part of the surface; errors of different ones are independent.
     support_axes : SupportAxes
@@ -209,6 +201,11 @@ def _one(place: int, doc: str) -> property:
     return property(lambda self: float(self.vector[place]), doc=doc)
 
 
+def _own(places: slice, doc: str) -> property:
+    """Unknowns by their places among those that each capture has for itself."""
+    return property(lambda self: self.vector[-OWN:][places], doc=doc)
+
+
 @dataclass(frozen=True)
 class Parameters:
     """Unknowns of one capture.
@@ -216,8 +213,7 @@ class Parameters:
     Attributes
     ----------
     vector : (q,) array
-        (log E, nu, q, m, gain, fractions, offset, clock, shift, place, support motion, camera's
-        clock).
+        (log E, nu, q, m, gain, fractions; offset, clock, shift, place, support, camera's clock).
     times_s : (p,) array
         Times of what relaxes, which are no unknowns [s].
     """
@@ -233,6 +229,8 @@ class Parameters:
     clock_s = _one(CLOCK - OWN, "Error of the force's clock against the poses' [s].")
     camera_clock_s = _one(CAMERA_CLOCK - OWN, "Poses' clock minus camera clock [s].")
     shift_m = _one(SHIFT - OWN, "What all displacements have in common [m].")
+    place_m = _own(PLACE, "Contact beside where it was seen, along the axes across, (2,) [m].")
+    support_motion = _own(SUPPORT, "Of the object under the greatest force (`SupportAxes`), (3,).")
 
     @property
     def youngs_modulus_pa(self) -> float:
@@ -243,16 +241,6 @@ class Parameters:
     def fractions(self) -> NDArray:
         """Relaxation amplitudes (Prony series), (p,)."""
         return self.vector[SHARED:-OWN]
-
-    @property
-    def place_m(self) -> NDArray:
-        """Contact beside where it was seen, along the axes across the indentation, (2,) [m]."""
-        return self.vector[-OWN:][PLACE]
-
-    @property
-    def support_motion(self) -> NDArray:
-        """Of the object on its base under the greatest force, (3,) (`SupportAxes`)."""
-        return self.vector[-OWN:][SUPPORT]
 
 
 @dataclass(frozen=True)

@@ -164,21 +164,10 @@ def observed_motion(
 ) -> SurfaceMotion:
     """Displacement of the surface's samples in each frame, against the frames at rest.
 
-    Parameters
-    ----------
-    template : Template
-        Undeformed, object frame.
-    alignment : Alignment
-    clouds : sequence of (points (n, 3) [m], normals (n, 3))
-        One for each frame, camera frame.
-    probe : (tips (f, 3) [m], axes (f, 3))
-        Centre of the sphere and indentation direction, camera frame.
-    rest : (r,) int array
-    sensor : mapping
-        The sensor's file.
-    options : Observation
-    radius_m : float
-        Of the sphere.
+    Of the undeformed template, object frame; clouds, a pair of points (n, 3) [m] and normals (n, 3)
+    for each frame; the probe's tips (f, 3) [m], centres of the sphere, and indentation directions
+    (f, 3), all in the camera frame; the frames at rest (r,) int; the sensor's file; and the
+    sphere's radius [m].
 
     Raises
     ------

@@ -28,9 +28,6 @@ if TYPE_CHECKING:
 ONE_SECOND_S = 1.0
 # Depth of the effective modulus where no other is asked for, as part of the maximum depth.
 EFFECTIVE_PART = 0.7
-# Mean strain of a contact over its radius divided by the sphere's (D. Tabor, The hardness of
-# metals, 1951).
-TABOR = 0.2
 # An indentation that leaves more of the deviation that was known beforehand says nothing of nu.
 TOLD_PART = 0.8
 NU_STEPS = 201
@@ -51,17 +48,14 @@ class Quantities:
         Derivatives by `Solution.vector`.
     depth_m : float
         Of the effective modulus [m].
-    depth_radii : float
-        The depth over the sphere's radius.
-    strain : float
-        Mean strain under the sphere there.
+    radius_m : float
+        Of the sphere.
     """
 
     values: NDArray
     slopes: NDArray
     depth_m: float
-    depth_radii: float
-    strain: float
+    radius_m: float
 
 
 def quantities_of(
@@ -91,8 +85,7 @@ def quantities_of(
     harder, by_nu = np.mean(each, axis=0)[:, 0]
     values[EFFECTIVE] += q * harder
     slopes[EFFECTIVE] += harder * unit[FORCE_LAW] + q * by_nu * unit[NU]
-    strain = float(TABOR * np.sqrt(depth / radius_m))
-    return Quantities(values, slopes, depth, depth / radius_m, strain)
+    return Quantities(values, slopes, depth, radius_m)
 
 
 def over_star(nu: ArrayLike) -> NDArray:

@@ -58,11 +58,12 @@ class Setup:
                 raise ValueError(f"{name}: expected one of {', '.join(names)}, found {found}")
         contact = np.array((0.0, 1.0) if self.contact_m is None else self.contact_m, dtype=float)
         if contact.shape != (2,) or not np.isfinite(contact).all() or not contact[1] > 0:
-            expected = "expected a depth and a deviation above 0"
-            raise ValueError(f"contact_m: {expected}, found {self.contact_m}")
+            found = f"found {self.contact_m}"
+            raise ValueError(f"contact_m: expected a depth and a deviation above 0, {found}")
         if self.thickness_m is None and self.base != laws.LAYERS[0]:
-            found = f"found {self.base} alone"
-            raise ValueError(f"base: expected with thickness_m, of a layer, {found}")
+            raise ValueError(
+                f"base: expected with thickness_m, of a layer, found {self.base} alone"
+            )
         for name in ("radius_m", "thickness_m"):
             found = getattr(self, name)
             if found is not None and not 0 < found < np.inf:
@@ -108,14 +109,9 @@ class Setup:
             return partial(SHARP[indenter], half_angle_rad=self.half_angle_rad)
         if indenter == FLAT:
             return partial(laws.flat_force, radius_m=self.radius_m)
-        return laws.contact_law(
-            indenter,
-            self.support,
-            radius_m=self.radius_m,
-            thickness_m=self.thickness_m or np.inf,
-            nu=self.poisson_ratio,
-            curvature_per_m=1 / (self.object_radius_m or np.inf),
-        )
+        layer = {"thickness_m": self.thickness_m or np.inf, "nu": self.poisson_ratio}
+        bent = {"radius_m": self.radius_m, "curvature_per_m": 1 / (self.object_radius_m or np.inf)}
+        return laws.contact_law(indenter, self.support, **bent, **layer)
 
     def others(self, indenter: str, baseline: bool, level_n: float) -> Iterator[tuple[str, dict]]:
         """Other baseline, indenter, residual and layer, each alone, and what it is called."""

@@ -117,15 +117,10 @@ class Indentation:
 
     def law(self, indenter: str, support: str, nu: float) -> Law:
         """Force over depth at E* = 1 (`contact_law`)."""
-        return contact_law(
-            indenter,
-            support,
-            radius_m=self.radius_m,
-            thickness_m=self.thickness_m,
-            nu=nu,
-            curvature_per_m=self.shape.curvature_per_m,
-            foot_curvature_per_m=self.shape.foot_curvature_per_m,
-        )
+        size = {"radius_m": self.radius_m, "thickness_m": self.thickness_m, "nu": nu}
+        names = ("curvature_per_m", "foot_curvature_per_m")
+        bent = {name: getattr(self.shape, name) for name in names}
+        return contact_law(indenter, support, **size, **bent)
 
 
 def indentation_of(

@@ -131,14 +131,9 @@ def fit_model(
     depth, force = indentation.depth_m[used], indentation.force_n[used]
     if contact == "known":
         return fit_known_contact(depth, force, law, depth_std_m=std)
-    return fit_free_contact(
-        depth,
-        force,
-        law,
-        baseline=options.baseline,
-        residual=options.residual,
-        depth_std_m=std if contact == "weighted" else None,
-    )
+    given = {"baseline": options.baseline, "residual": options.residual}
+    given |= {"depth_std_m": std} if contact == "weighted" else {}
+    return fit_free_contact(depth, force, law, **given)
 
 
 def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
@@ -187,13 +182,10 @@ def _fit_relaxing(indentation: Indentation, model: Mapping, options: Hertz) -> R
             law(depth_m) * laws.finite_strain_factor(part * depth_m / radius, nu) ** part
         )
 
-    return fit_relaxation(
-        indentation,
-        {nu: strained(nu) for nu in HELD_POISSON_RATIOS},
-        times_s=relaxation_times(indentation.time_s[indentation.onset :]),
-        beliefs=options.relaxation,
-        contact_m=model["contact_depth_m"],
-    )
+    by_nu = {nu: strained(nu) for nu in HELD_POISSON_RATIOS}
+    times_s = relaxation_times(indentation.time_s[indentation.onset :])
+    known = {"beliefs": options.relaxation, "contact_m": model["contact_depth_m"]}
+    return fit_relaxation(indentation, by_nu, times_s=times_s, **known)
 
 
 def _clock_std(indentation: Indentation, row: Mapping, options: Hertz, clock_std_s: float) -> float:
