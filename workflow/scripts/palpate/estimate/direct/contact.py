@@ -181,10 +181,8 @@ def depth_along(
     # A wall beside the way lets a march come to no end.
     lost = np.flatnonzero(~(way < 3 * OUTSIDE_M) | (np.abs(gap) > UNFINISHED_M))
     if len(lost):
-        raise ValueError(
-            f"tip: expected a way along the press that meets the surface, found none in frame"
-            f" {lost[0]}"
-        )
+        expected = "expected a way along the press that meets the surface"
+        raise ValueError(f"tip: {expected}, found none in frame {lost[0]}")
     return OUTSIDE_M - way
 
 

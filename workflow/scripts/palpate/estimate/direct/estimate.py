@@ -6,15 +6,10 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.estimate.direct import indentation as unknown
 from palpate.estimate.direct.budget import Budget, budget_of
 from palpate.estimate.direct.fit import Solution, fit_direct
-from palpate.estimate.direct.indentation import (
-    OWN,
-    SHARED,
-    DirectIndentation,
-    Parameters,
-    residuals,
-)
+from palpate.estimate.direct.indentation import DirectIndentation, Parameters, residuals
 from palpate.estimate.direct.options import UNSTATED, Fit, ProbeUncertainty
 from palpate.estimate.direct.quantities import NAMES, Profile, Quantities, intervals, quantities_of
 from palpate.estimate.direct.result import CaptureFit, described_law, nuisances, regions_of, summed
@@ -179,4 +174,5 @@ def _start(indentation: DirectIndentation, nu: float, options: Fit) -> Parameter
     E = max(float((force @ unit) / max(float(unit @ unit), 1e-300)), 1.0)
     times_s = np.array(options.relaxation_times_s, dtype=float)
     shares = np.full(len(times_s), 0.02)
-    return Parameters(np.r_[np.log(E), nu, np.zeros(SHARED - 2), shares, np.zeros(OWN)], times_s)
+    zeros = np.zeros(unknown.SHARED - 2), np.zeros(unknown.OWN)
+    return Parameters(np.r_[np.log(E), nu, zeros[0], shares, zeros[1]], times_s)

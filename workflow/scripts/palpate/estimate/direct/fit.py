@@ -68,9 +68,8 @@ def _blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) 
         matrix[there, k, k:] = matrix[there, k:, k] = sums
     total[there] = np.add.reduceat(weighted * gaps[order], first, axis=1).T
     by = line.depth_slope
-    return Blocks(
-        Part(matrix, total), Part(by[:, :, None] * by[:, None, :], by * line.depth[:, None])
-    )
+    depth = Part(by[:, :, None] * by[:, None, :], by * line.depth[:, None])
+    return Blocks(Part(matrix, total), depth)
 
 
 @dataclass(frozen=True)
