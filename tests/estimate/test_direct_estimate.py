@@ -84,7 +84,7 @@ def test_moduli_and_their_slopes(found):
     # By default at 0.7 of the maximum depth, where the strain is a fifth of the contact radius's.
     depth = found.quantities.depth_m
     assert depth == pytest.approx(0.7 * (best.indentations[0].depth_m.max() + p.offset_m))
-    assert found.quantities.strain == pytest.approx(0.2 * np.sqrt(depth / RADIUS_M))
+    assert found.to_dict()["effective"]["strain"] == pytest.approx(0.2 * np.sqrt(depth / RADIUS_M))
 
 
 def test_the_budget_is_the_covariance(found):

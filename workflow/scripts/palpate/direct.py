@@ -1,6 +1,7 @@
 """E and nu straight from clouds and forces of one or more captures."""
 
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -21,9 +22,7 @@ SAME_POINT_M, SAME_SURFACE_M = 0.0005, 0.003
 
 
 def estimate(
-    measured: Sequence[Measurement],
-    tables: Sequence[IndentationModel],
-    options: Fit | None = None,
+    measured: Sequence[Measurement], tables: Sequence[IndentationModel], options: Fit | None = None
 ) -> DirectEstimate:
     """Estimate E and nu of an object from one or more of its captures with one sensor.
 
@@ -48,60 +47,49 @@ def estimate(
     Examples
     --------
     >>> from palpate import IndentationTable, indentation_table, measure, open_capture, solid_of
-    >>> capture = open_capture(
-    ...     "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
-    ... )
-    >>> measured = measure(capture)
+    >>> folder = "tests/sample/raw/foam_block/kinect/08"
+    >>> measured = measure(open_capture(folder, sensors="tests/sample/sensors"))
     >>> solid = solid_of(measured, kept="config/meshes/foam_block.vtu")
     >>> # Too coarse for its numbers to mean anything, but quick.
-    >>> coarse = IndentationTable(
-    ...     poisson_ratios=(0.0, 0.49), step_m=0.004, edge_m=0.01, growth=2.0
-    ... )
-    >>> table = indentation_table(measured, solid, coarse)
+    >>> coarse = {"poisson_ratios": (0.0, 0.49), "step_m": 0.004, "edge_m": 0.01, "growth": 2.0}
+    >>> table = indentation_table(measured, solid, IndentationTable(**coarse))
     >>> found = estimate([measured], [table]).moduli["youngs_modulus_pa"]
     >>> found.low < found.value < found.high
     True
     """
-    folders = {one.capture.folder.parent for one in measured}
-    if len(folders) != 1:
-        raise ValueError(
-            f"measured: expected captures of one object and sensor, found {len(folders)}"
-        )
-    places = [one.capture.folder.resolve() for one in measured]
-    if len(set(places)) < len(places):
-        twice = next(place.name for place in places if places.count(place) > 1)
-        raise ValueError(f"measured: expected each capture once, found {twice} again")
-    for k, one in enumerate(measured):
-        for other in measured[:k]:
-            if np.array_equal(one.forces_n, other.forces_n):
-                names = (
-                    f"{one.capture.folder.name}, the same recording as {other.capture.folder.name}"
-                )
-                raise ValueError(f"measured: expected each recording once, found {names}")
+    captures = [one.capture for one in measured]
+    if (count := len({one.folder.parent for one in captures})) != 1:
+        raise ValueError(f"measured: expected captures of one object and sensor, found {count}")
+    places = [one.folder.resolve() for one in captures]
+    if twice := [place.name for place in places if places.count(place) > 1]:
+        raise ValueError(f"measured: expected each capture once, found {twice[0]} again")
+    for other, one in combinations(measured, 2):
+        if np.array_equal(one.forces_n, other.forces_n):
+            names = [each.capture.folder.name for each in (one, other)]
+            found = f"{names[0]}, the same recording as {names[1]}"
+            raise ValueError(f"measured: expected each recording once, found {found}")
     if len(tables) != len(measured):
         raise ValueError(f"tables: expected {len(measured)}, one a capture, found {len(tables)}")
-    radius = measured[0].capture.radius_m
-    for table in tables:
-        if not np.isclose(table.radius_m, radius, rtol=SAME_RADIUS):
-            expected = f"one of the probe's {radius * MILLIMETRES:g} mm sphere"
-            found = f"{table.radius_m * MILLIMETRES:g} mm"
-            raise ValueError(f"tables: expected {expected}, found one of {found}")
     for one, table in zip(measured, tables, strict=True):
         _check_table(one, table)
-    options = options or measured[0].config.direct.fit
+    options, first = options or measured[0].config.direct.fit, captures[0]
     indentations = [_indentation(*of, options) for of in zip(measured, tables, strict=True)]
-    known = ProbeUncertainty.of(measured[0].capture.probe, measured[0].capture.sensor.get("base"))
-    return estimate_direct(indentations, options, known, radius_m=radius)
+    known = ProbeUncertainty.of(first.probe, first.sensor.get("base"))
+    return estimate_direct(indentations, options, known, radius_m=first.radius_m)
 
 
 def _check_table(measured: Measurement, table: IndentationModel) -> None:
-    """Refuse a table of another point, or of another object."""
-    declared = measured.capture.declared["points"][measured.capture.point]
-    way = np.array(declared["position_m"], dtype=float) - table.point_m
+    """Reject a table of another sphere, of another point, or of another object."""
+    capture = measured.capture
+    if not np.isclose(table.radius_m, capture.radius_m, rtol=SAME_RADIUS):
+        expected = f"one of the probe's {capture.radius_m * MILLIMETRES:g} mm sphere"
+        found = f"{table.radius_m * MILLIMETRES:g} mm"
+        raise ValueError(f"tables: expected {expected}, found one of {found}")
+    way = np.array(capture.declared_point["position_m"], dtype=float) - table.point_m
     # A table's point is where the sphere first touches on the declared line.
     apart = float(np.linalg.norm(way - (way @ table.direction) * table.direction))
     if apart > SAME_POINT_M:
-        expected = f"expected one of point {measured.capture.point}"
+        expected = f"expected one of point {capture.point}"
         found = f"{apart * MILLIMETRES:.1f} mm off it"
         raise ValueError(f"tables: {expected}, found one of a point {found}")
     surface = ClosestPoints(measured.template.vertices_m, measured.template.faces)
@@ -113,10 +101,8 @@ def _check_table(measured: Measurement, table: IndentationModel) -> None:
 
 def _indentation(measured: Measurement, table: IndentationModel, options: Fit) -> DirectIndentation:
     capture, offset_s = measured.capture, measured.clock.offset_s
-    probe_record = ProbeRecord.of(
-        measured.path, capture.probe, capture.sensor, clock_offset_s=offset_s
-    )
+    given = measured.path, capture.probe, capture.sensor
+    record = ProbeRecord.of(*given, clock_offset_s=offset_s)
     surface = SmoothSurface(measured.template.vertices_m, measured.template.faces)
-    return direct_indentation(
-        probe_record, measured.motion, measured.alignment, surface, table, measured.support, options
-    )
+    seen, of = (measured.motion, measured.alignment), (table, measured.support)
+    return direct_indentation(record, *seen, surface, *of, options)

@@ -36,7 +36,6 @@ from palpate.units import MILLIMETRES
 from palpate.vision.calibrated_probe import calibrated_probe, placed_sensor
 from palpate.vision.clouds import scene_cloud
 from palpate.vision.force import AVERAGED_S, zeroed
-from palpate.vision.force import FORCE as COMPONENTS
 from palpate.workflow.options import Config
 from palpate.yaml_files import load_yaml
 
@@ -156,10 +155,10 @@ def _capture(
             press = press_of(capture, config, optics)
             least = config.hertz.onset_force_n
             found += examine_scene(folder, capture.background, capture.sensor)
-            force_onset(np.linalg.norm(press.wrenches[COMPONENTS], axis=1), onset_force_n=least)
+            force_onset(press.sizes_n, onset_force_n=least)
             found += _press(capture, press, config)
             if to_align:
-                found += _place(capture, align(capture, press, config))
+                found += _place(capture, align(press))
     except ValueError as error:
         line = str(error)
         place = line.startswith(str(folder.parent))
@@ -170,7 +169,7 @@ def _capture(
 
 def _place(capture: Capture, found: Alignment) -> Findings:
     """Where the template and the first contact lie."""
-    declared_m = capture.declared["points"][capture.point]["position_m"]
+    declared_m = capture.declared_point["position_m"]
     away_mm = MILLIMETRES * float(np.linalg.norm(found.contact_point_m - declared_m))
     off = f"template {MILLIMETRES * found.rms_m:.1f} mm off the first cloud (rms)"
     told = (f"{off}, contact {away_mm:.1f} mm from the declared point",)
@@ -209,12 +208,7 @@ def _press(capture: Capture, press: Press, config: Config) -> Findings:
 def told_of(folder: Path, taken: Sequence[str]) -> Iterator[str]:
     """Say what was made of a record's stamps and of its columns, where another might be expected.
 
-    Parameters
-    ----------
-    folder : Path
-        Of a capture.
-    taken : sequence of str
-        Columns of force.csv that were.
+    Of a capture's folder, and the columns of force.csv that were taken.
     """
     raw = read_table(folder / FORCE)
     burst = sampled_s(raw["time_s"].to_numpy(float))[1]

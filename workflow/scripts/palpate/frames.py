@@ -16,12 +16,7 @@ from palpate.npz import NO_ARCHIVE
 def write_film(path: str | Path, frames: Iterable[Mapping[str, NDArray]]) -> None:
     """Write each frame's arrays as they come, the file whole or not at all.
 
-    Parameters
-    ----------
-    path : path
-        NPZ file with ``<frame>/<name>`` for each array.
-    frames : iterable of mapping
-        Arrays by name.
+    An NPZ file with ``<frame>/<name>`` for each array.
     """
     with whole_file(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
         for k, arrays in enumerate(frames):
@@ -92,14 +87,7 @@ class Film(Sequence):
 
 
 class Mapped(Sequence):
-    """What a function makes of each of a sequence's items, when it is asked for.
-
-    Parameters
-    ----------
-    items : sequence
-    function : callable
-        Of an item.
-    """
+    """What a function makes of each of a sequence's items, when it is asked for."""
 
     def __init__(self, items: Sequence, function: Callable[[Any], Any]) -> None:
         self.items, self.function = items, function

@@ -6,22 +6,10 @@ from collections.abc import Iterable, Sequence
 def rows_of(
     header: Sequence[str], rows: Iterable[Sequence[str]], *, left: int | None = None
 ) -> list[str]:
-    """Lines of a table.
-
-    Parameters
-    ----------
-    header : sequence of str
-    rows : iterable of sequences of str
-    left : int, optional
-        So many columns stand to the left, the others to the right; all without by default.
-    """
+    """Lines of a table: ``left`` columns stand to the left, all by default, the others right."""
     ends = len(header) if left is None else left
     marks = ["---"] * ends + ["---:"] * (len(header) - ends)
-    return [
-        _line(header),
-        "|" + "|".join(marks) + "|",
-        *(_line(row) for row in rows),
-    ]
+    return [_line(header), "|" + "|".join(marks) + "|", *(_line(row) for row in rows)]
 
 
 def _line(cells: Sequence[str]) -> str:

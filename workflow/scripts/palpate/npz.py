@@ -35,18 +35,9 @@ def write_npz(path: str | Path, arrays: Mapping[str, ArrayLike]) -> None:
 
 
 def read_npz(path: str | Path, *, what: str = "an NPZ file of arrays") -> dict[str, NDArray]:
-    """Read all arrays of an NPZ file; never a Python object.
+    """Read all arrays of an NPZ file by name; never a Python object.
 
-    Parameters
-    ----------
-    path : path
-    what : str, optional
-        What was expected, for the message.
-
-    Returns
-    -------
-    dict
-        By name.
+    ``what`` was expected, for the message.
 
     Raises
     ------
@@ -83,13 +74,7 @@ def read_shaped(
 ) -> dict[str, NDArray]:
     """Read arrays of given shapes from an NPZ file; see `read_npz`.
 
-    Parameters
-    ----------
-    path : path
-    shapes : mapping
-        By name; a side is a number, or a word that is the same number wherever it stands.
-    what : str
-        As `read_npz` has it.
+    Shapes are by name; a side is a number, or a word that is the same number wherever it stands.
 
     Raises
     ------

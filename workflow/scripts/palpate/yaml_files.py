@@ -22,15 +22,7 @@ NO_VALUES = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError
 def one_line(text: str) -> str:
     """Give a message on one line: what a terminal would obey is written out, a long middle cut.
 
-    Parameters
-    ----------
-    text : str
-        Message with names and values of files that anybody may have written.
-
-    Returns
-    -------
-    str
-        Printable characters alone.
+    Printable characters alone, of names and values of files that anybody may have written.
     """
     plain = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
     if len(plain) <= LONGEST_LINE:

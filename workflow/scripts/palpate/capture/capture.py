@@ -48,6 +48,11 @@ class Capture:
         return self.folder.name.partition("-")[0]
 
     @property
+    def declared_point(self) -> Mapping:
+        """What object.yaml says of that point."""
+        return self.declared["points"][self.point]
+
+    @property
     def background(self) -> Path:
         """Folder of the empty scene; of clouds without one, of the first capture."""
         place = sensor_folder(self.folder.parent)

@@ -59,7 +59,7 @@ def _direct(options: argparse.Namespace) -> int:
         return failed
     found = list(_compared(found))
     if options.figure:
-        from palpate.report.fit_figures import figure_of_estimates
+        from palpate.report.fitted_figures import figure_of_estimates
 
         with whole_file(options.figure) as part:
             figure_of_estimates([(_title(group), one) for group, one in found]).savefig(part)

@@ -175,7 +175,7 @@ def _cells(row: Mapping[str, Any]) -> dict:
 
 
 def _draw(path: Path, fits: list[tuple[str, "HertzFit"]]) -> None:
-    from palpate.report.fit_figures import figure_of_curves
+    from palpate.report.hertz_figures import figure_of_curves
 
     with whole_file(path) as part:
         figure_of_curves(fits[:MOST_DRAWN]).savefig(part)

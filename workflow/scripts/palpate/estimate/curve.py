@@ -71,16 +71,10 @@ def estimate_curve(
 ) -> CurveEstimate:
     """Estimate E of a curve.
 
-    Parameters
-    ----------
-    hertz : HertzFit
-        Of the same curve: where the fit starts, and whether it has a baseline.
-    model : IndentationModel
-        Of the indented point.
-    ratios : (float, float)
-        Least and greatest Poisson's ratio that the material may have, any between as likely.
-    options : Fit
-        Of the direct estimate: its prior of the law, its rig and its table.
+    The Hertz fit is of the same curve: where this fit starts, and whether it has a baseline. The
+    model is the indented point's, any Poisson's ratio between the least and the greatest of
+    ``ratios`` as likely, and the options those of the direct estimate: its prior of the law, its
+    rig and its table.
 
     Raises
     ------

@@ -47,17 +47,8 @@ def elastic_force(
 ) -> NDArray:
     """Force that the indentation would have without relaxation, the inverse of `relaxed_force`.
 
-    Parameters
-    ----------
-    time_s, fractions, times_s : arrays
-        As in `relaxed_force`, whose errors are raised.
-    force_n : (n,) or (n, m) array
-        Force of the relaxing material [N].
-
-    Returns
-    -------
-    array
-        Elastic force, of force_n's shape [N].
+    Of the relaxing material's force, (n,) or (n, m) [N], of whose shape it is; other arguments and
+    errors are those of `relaxed_force`.
     """
     time, force, g, tau = _checked(time_s, force_n, "force_n", fractions, times_s)
     keep, add = _steps(time, tau)
@@ -78,21 +69,10 @@ def elastic_force(
 def elastic_force_derivatives(
     time_s: NDArray, force_n: NDArray, *, fractions: ArrayLike, times_s: ArrayLike
 ) -> NDArray:
-    """Derivatives of `elastic_force` by the fractions.
+    """Derivatives of `elastic_force` by the fractions, (n, p) [N].
 
     What a term has taken, F_e - h_i, is the force whose elastic one is the derivative by g_i.
-
-    Parameters
-    ----------
-    time_s, fractions, times_s : arrays
-        As in `relaxed_force`, whose errors are raised.
-    force_n : (n,) array
-        Force [N].
-
-    Returns
-    -------
-    (n, p) array
-        Newton for each unit of fraction.
+    Arguments and errors are those of `relaxed_force`, of one force (n,).
     """
     elastic = elastic_force(time_s, force_n, fractions=fractions, times_s=times_s)
     if elastic.ndim != 1:
@@ -105,17 +85,8 @@ def elastic_force_derivatives(
 def relaxed_share(after_s: ArrayLike, *, fractions: ArrayLike, times_s: ArrayLike) -> NDArray:
     """Share of the modulus that is lost a time after a step, sum g_i (1 - exp(-t/tau_i)).
 
-    Parameters
-    ----------
-    after_s : (...) array
-        Time since the step [s].
-    fractions, times_s : (p,) arrays
-        As in `relaxed_force`.
-
-    Returns
-    -------
-    (...) array
-        Without unit.
+    At times (...) since the step [s], of that shape; fractions and times (p,) as in
+    `relaxed_force`.
     """
     decay = -np.expm1(-np.divide.outer(np.asarray(after_s, float), np.asarray(times_s, float)))
     return decay @ np.asarray(fractions, float)

@@ -77,8 +77,7 @@ SOURCES = {
         " has to guess where the surface was touched.",
     ),
     "clocks": Words(
-        "clocks of camera and force",
-        "Press more slowly, or let one clock time camera and force.",
+        "clocks of camera and force", "Press more slowly, or let one clock time camera and force."
     ),
     "clock of the camera": Words(
         "clocks of poses and camera",
@@ -86,8 +85,7 @@ SOURCES = {
         " (`base.clock_offset_std_s` in the sensor's file).",
     ),
     "zero of the motion": Words(
-        "the surface at rest",
-        "Film more frames before the press, with nothing moving.",
+        "the surface at rest", "Film more frames before the press, with nothing moving."
     ),
     "tip of the probe": Words(
         "place of the ball's centre in the target's frame",
@@ -103,14 +101,8 @@ SOURCES = {
         "Mark the point on the object and declare it more exactly, and press where the surface is"
         " even.",
     ),
-    "sinking": Words(
-        "the object sinking",
-        "Put the object on something that does not give way.",
-    ),
-    "rocking": Words(
-        "the object rocking",
-        "Hold the object so that it cannot tilt.",
-    ),
+    "sinking": Words("the object sinking", "Put the object on something that does not give way."),
+    "rocking": Words("the object rocking", "Hold the object so that it cannot tilt."),
     "noise of the motion": Words(
         "noise of the surface's motion",
         "Bring the camera closer, light the object evenly, and record more frames or captures: the"
@@ -137,20 +129,17 @@ SOURCES = {
         "Record the force for some seconds before the touch, in the probe's pose.",
     ),
     "drift of the force": Words(
-        "drift of the force sensor",
-        "Let the force sensor warm up, and keep the recording short.",
+        "drift of the force sensor", "Let the force sensor warm up, and keep the recording short."
     ),
     "radius of the sphere": Words(
-        "radius of the tip",
-        "Measure the tip with a caliper at several places.",
+        "radius of the tip", "Measure the tip with a caliper at several places."
     ),
     "curvature of the template": Words(
         "curvature of the scanned form",
         "Scan the object again, finer around the point that is pressed.",
     ),
     "compliance of the probe": Words(
-        "bending of the probe",
-        "Press the probe against something hard to measure how it bends.",
+        "bending of the probe", "Press the probe against something hard to measure how it bends."
     ),
     "indentation table: force": Words("finite elements: force", FINER, "% of E"),
     "indentation table: motion": Words("finite elements: surface's motion", FINER, "of nu"),
@@ -166,17 +155,9 @@ SOURCES = {
 
 
 def bars(rows: Sequence[Mapping]) -> str:
-    """Sources of a budget as bars, and advice for the largest.
+    """Sources of a budget (`Budget.rows`) as bars, and advice for the largest, in HTML.
 
-    Parameters
-    ----------
-    rows : sequence of mapping
-        Of `Budget.rows`.
-
-    Returns
-    -------
-    str
-        HTML. A bar is a source's share of the variance.
+    A bar is a source's share of the variance.
     """
     shares = {name: _shares(rows, name) for name in SHOWN}
     most = np.max(list(shares.values()), axis=0)
@@ -191,13 +172,7 @@ def bars(rows: Sequence[Mapping]) -> str:
 
 
 def largest(rows: Sequence[Mapping]) -> str:
-    """One sentence with the largest source of each quantity's doubt, and its share.
-
-    Parameters
-    ----------
-    rows : sequence of mapping
-        Of `Budget.rows`.
-    """
+    """One sentence with the largest source of each quantity's doubt, and its share."""
     of: dict[str, list[str]] = {}
     for quantity, label in SHOWN.items():
         shares = _shares(rows, quantity)

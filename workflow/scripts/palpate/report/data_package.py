@@ -78,21 +78,10 @@ NOT_A_NAME = re.compile(r"[^a-z0-9._-]+")
 
 
 def data_package(name: str, folder: str | Path, tables: Mapping[str, pd.DataFrame]) -> dict:
-    """Describe tables of an object.
+    """Describe tables of an object, by path, that were written, or were read.
 
-    Parameters
-    ----------
-    name : str
-        The object.
-    folder : path
-        Where datapackage.json stands.
-    tables : mapping
-        Tables by path; what was written, or was read.
-
-    Returns
-    -------
-    dict
-        Without a date: the same tables give the same description.
+    Where datapackage.json stands is ``folder``. Without a date: the same tables give the same
+    description.
     """
     places = {Path(os.path.relpath(path, folder)).as_posix(): one for path, one in tables.items()}
     return {
@@ -104,21 +93,11 @@ def data_package(name: str, folder: str | Path, tables: Mapping[str, pd.DataFram
 
 
 def data(name: str, estimates: Sequence[str], sensors: Sequence[str]) -> str:
-    """Links from an object's page to its tables, and what exports its material.
+    """Links from an object's page to its tables, and what exports its material, in Markdown.
 
-    Parameters
-    ----------
-    name : str
-        The object, as its folder is called.
-    estimates : sequence of str
-        What its recommended estimates are called; see `material.names_of`.
-    sensors : sequence of str
-        Those with a budget.
-
-    Returns
-    -------
-    str
-        Markdown. The tables are not read: a run makes them beside the page.
+    The tables are not read: a run makes them beside the page. Of the object, as its folder is
+    called, what its recommended estimates are called (`material.names_of`), and sensors with a
+    budget.
     """
     tables = {place: told for place, told in TITLES.items() if place.startswith("data/")}
     tables |= {SUMMARY: TITLES[SUMMARY]}

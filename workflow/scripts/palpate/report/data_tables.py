@@ -21,15 +21,8 @@ def force_table(
 ) -> pd.DataFrame:
     """Force against depth with the fit: of captures in the frames compared, then of curves.
 
-    The fit of a capture gives the depth at a force, that of a curve without a camera the force at
-    a depth.
-
-    Parameters
-    ----------
-    fits : mapping
-        By sensor and capture.
-    curves, files : sequences of mapping, optional
-        Described curves and their curve.json.
+    The fit of a capture gives the depth at a force, that of a curve without a camera the force at a
+    depth. Captures are by sensor and name; ``files`` are the curve.json of described curves.
     """
     found = {
         key: {
@@ -61,12 +54,7 @@ def sample_table(
 ) -> pd.DataFrame:
     """Places of the surface whose motion was seen, and their distance from the contact.
 
-    Parameters
-    ----------
-    fits : mapping
-        By sensor and capture.
-    motions : sequence
-        motion.npz of each.
+    Of captures by sensor and name, and the motion.npz of each.
     """
     found = {}
     for (key, one), motion in zip(fits.items(), motions, strict=True):
@@ -86,12 +74,7 @@ def motion_table(
 ) -> pd.DataFrame:
     """Motion of each sample in each frame in which it was seen, with the model's where compared.
 
-    Parameters
-    ----------
-    fits : mapping
-        By sensor and capture.
-    motions : sequence
-        motion.npz of each.
+    Of captures by sensor and name, and the motion.npz of each.
     """
     found = {}
     for (key, one), motion in zip(fits.items(), motions, strict=True):

@@ -7,15 +7,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.estimate.direct.warnings import Estimated, exclusions
-from palpate.modulus import (
-    BOUNDED,
-    INTERVAL,
-    LABELS,
-    NOT_JUDGED,
-    Modulus,
-    bounded_at_best,
-    columns,
-)
+from palpate.modulus import BOUNDED, INTERVAL, LABELS, NOT_JUDGED, Modulus, bounded_at_best, columns
 from palpate.report.style import sensor_name
 from palpate.report.tables import CAPTURE, JUDGED
 
@@ -55,15 +47,8 @@ UNTOLD = "a curve does not tell it"
 def row(known: Mapping, method: str, moduli: Mapping[str, Modulus], **more: object) -> dict:
     """One row: what it is of, by which method, each modulus with its interval and verdict.
 
-    Parameters
-    ----------
-    known : mapping
-        ``object, sensor, capture, point, provenance``.
-    method : str
-    moduli : mapping
-        By the column of the value.
-    **more
-        Further columns.
+    Of ``object, sensor, capture, point, provenance``, the moduli by the column of the value, and
+    further columns.
     """
     found = {name: known[name] for name in CAPTURE} | {"method": method}
     for name, one in moduli.items():
@@ -74,12 +59,8 @@ def row(known: Mapping, method: str, moduli: Mapping[str, Modulus], **more: obje
 def summary(rows: Sequence[Mapping]) -> pd.DataFrame:
     """One row for each object, sensor, capture and method, and for all captures together.
 
-    Intervals are at 95 %. A modulus without one has the verdict ``not judged``.
-
-    Parameters
-    ----------
-    rows : sequence of mapping
-        Of `row`; columns that are none of a summary's are left out.
+    Intervals are at 95 %. A modulus without one has the verdict ``not judged``. Columns of a `row`
+    that are none of a summary's are left out.
     """
     whole = pd.DataFrame(rows, columns=COLUMNS, dtype=object)
     whole["recommended"] = whole["recommended"].fillna(False).astype(bool)
@@ -107,15 +88,7 @@ def hertz_rows(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> Iterator
 
 
 def curve_rows(curves: Sequence[Mapping], found: Sequence[Mapping]) -> Iterator[dict]:
-    """Two rows of each curve: E* by Hertz, and E for the declared Poisson's ratio.
-
-    Parameters
-    ----------
-    curves : sequence of mapping
-        Described curves.
-    found : sequence of mapping
-        Their curve.json.
-    """
+    """Two rows of each described curve's curve.json: E* by Hertz, and E for the declared nu."""
     for curve, one in zip(curves, found, strict=True):
         hertz, doubts = one["hertz"], one["doubts"]
         ends = hertz["reduced_modulus_interval_pa"]
@@ -143,15 +116,9 @@ def direct_rows(
 ) -> Iterator[dict]:
     """Direct estimates, one row for each capture and each object and sensor.
 
-    The recommended row of an object and a sensor is the estimate from all its captures together;
-    of an object with one capture they are the same.
-
-    Parameters
-    ----------
-    captures, singles : sequences of mapping
-        Described captures and their direct.json.
-    groups, joints : sequences of mapping
-        ``object, sensor, provenance`` and the direct.json of all captures of each.
+    The recommended row of an object and a sensor is the estimate from all its captures together; of
+    an object with one capture they are the same. Singles are the direct.json of described captures,
+    joints those of all captures of each group (``object, sensor, provenance``).
     """
     singles, joints = compared(captures, singles, groups, joints)
     for capture, found in zip(captures, singles, strict=True):

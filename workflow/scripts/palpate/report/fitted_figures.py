@@ -1,6 +1,6 @@
 """Figures of a direct estimate: what was seen and computed, and what of it is known."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -12,14 +12,15 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 from scipy.stats import chi2, norm
 
+from palpate.estimate.direct.estimate import DirectEstimate
 from palpate.estimate.direct.quantities import ONE_SECOND_S
 from palpate.estimate.direct.result import CaptureFit, load_fitted
 from palpate.estimate.relaxation import relaxed_share
 from palpate.json_fields import read_all
-from palpate.modulus import CONFIDENCE
+from palpate.modulus import CONFIDENCE, LABELS
+from palpate.report import style
 from palpate.report.held import seconds_compared
 from palpate.report.own_words import LAWS
-from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE_IN, finished, sensor_name
 from palpate.units import KILOPASCALS, MILLIMETRES
 
 ROW_IN, KNOWN_IN = 3.0, 2.6
@@ -27,12 +28,12 @@ ROW_IN, KNOWN_IN = 3.0, 2.6
 WITHIN, MARGIN = (1.0, 99.0), 0.25
 # Distances between which a band of the motions' noise is drawn.
 RINGS = 16
-BAND = {"color": to_rgba(GREY, 0.25), "lw": 0}
-OUTSIDE = {"va": "top", "fontsize": 6.5, "color": GREY}
+BAND = {"color": to_rgba(style.GREY, 0.25), "lw": 0}
+OUTSIDE = {"va": "top", "fontsize": 6.5, "color": style.GREY}
 REGIONS = {
-    "force": (BLUE, "depth of the tip alone"),
-    "surface": (ORANGE, "surface alone"),
-    "both": (GREEN, "both"),
+    "force": (style.BLUE, "depth of the tip alone"),
+    "surface": (style.ORANGE, "surface alone"),
+    "both": (style.GREEN, "both"),
 }
 # Of the plane of nu and E, each way from the estimate.
 WIDER, STEPS, GREATEST_NU = 2.0, 201, 0.5
@@ -42,15 +43,15 @@ FROM_S, TO_S = 0.03, 30.0
 
 def make_fit(inputs: Any, params: Any) -> Figure:
     """Force and motion, seen and computed, of each sensor's captures together."""
-    fitted = [load_fitted(one) for one in inputs.fitted]
-    return finished(fits([g["sensor"] for g in params.groups], fitted), _provenances(params))
+    titles = [f"{style.sensor_name(group['sensor'])}: force" for group in params.groups]
+    return style.finished(fits(titles, map(load_fitted, inputs.fitted)), _provenances(params))
 
 
 def make_known(inputs: Any, params: Any) -> Figure:
     """What of E, nu, the law and relaxation is known, of each sensor's captures together."""
     ends_s = [_compared_s(load_fitted(one)) for one in inputs.fitted]
     found = known([g["sensor"] for g in params.groups], read_all(inputs.joint), ends_s)
-    return finished(found, _provenances(params))
+    return style.finished(found, _provenances(params))
 
 
 def _provenances(params: Any) -> set[str]:
@@ -62,24 +63,31 @@ def _compared_s(fitted: Mapping[str, CaptureFit]) -> float:
     return max(seconds_compared(one.time_s, one.tip_depth_m, one.frames) for one in fitted.values())
 
 
-def fits(sensors: Sequence[str], fitted: Sequence[Mapping[str, CaptureFit]]) -> Figure:
+def figure_of_estimates(estimates: Sequence[tuple[str, DirectEstimate]]) -> Figure:
+    """Draw `fits` of estimates with their titles, and E and nu above them."""
+    with style.journal():
+        moduli = ("youngs_modulus_pa", "poisson_ratio")
+        titles = [
+            "\n".join([title, *(f"{LABELS[name]} {found.moduli[name]}" for name in moduli)])
+            for title, found in estimates
+        ]
+        fitted = [dict(enumerate(found.captures())) for _, found in estimates]
+        return style.finished(fits(titles, fitted))
+
+
+def fits(titles: Sequence[str], fitted: Iterable[Mapping[Any, CaptureFit]]) -> Figure:
     """Force against depth and motion against distance, with what the estimate leaves of both.
 
-    Parameters
-    ----------
-    sensors : sequence of str
-    fitted : sequence of mapping
-        Of `load_fitted`, by capture.
+    A row for each title and captures by name (`load_fitted`).
     """
-    count = len(sensors)
-    figure = plt.figure(figsize=(PAGE_IN, ROW_IN * count))
-    rows = figure.add_gridspec(count, 1)
-    for row, sensor, captures in zip(rows, sensors, fitted, strict=True):
+    count = len(titles)
+    figure = plt.figure(figsize=(style.PAGE_IN, ROW_IN * count))
+    for row, title, captures in zip(figure.add_gridspec(count, 1), titles, fitted, strict=True):
         panels = row.subgridspec(2, 2, height_ratios=(2.2, 1), hspace=0.15, wspace=0.25).subplots()
         (force, motion), (force_left, motion_left) = panels
         _force(force, force_left, captures)
         _motion(motion, motion_left, captures)
-        force.set_title(f"{sensor_name(sensor)}: force")
+        force.set_title(title)
         motion.set_title("motion of the surface, deepest frame")
     return figure
 
@@ -87,21 +95,16 @@ def fits(sensors: Sequence[str], fitted: Sequence[Mapping[str, CaptureFit]]) -> 
 def known(sensors: Sequence[str], estimates: Sequence[Mapping], ends_s: Sequence[float]) -> Figure:
     """Plane of nu and E, place among the laws, and E over time.
 
-    Parameters
-    ----------
-    sensors : sequence of str
-    estimates : sequence of mapping
-        direct.json of each.
-    ends_s : sequence of float
-        How long after the touch captures with each were compared [s].
+    By sensor, of the direct.json of each and how long after the touch its captures were compared
+    [s].
     """
     count = len(sensors)
-    figure, axes = plt.subplots(count, 3, figsize=(PAGE_IN, KNOWN_IN * count), squeeze=False)
+    figure, axes = plt.subplots(count, 3, figsize=(style.PAGE_IN, KNOWN_IN * count), squeeze=False)
     for row, sensor, found, end_s in zip(axes, sensors, estimates, ends_s, strict=True):
         _regions(row[0], found)
         _law(row[1], found["law"]["force"])
         _relaxing(row[2], found, end_s)
-        row[0].set_title(f"{sensor_name(sensor)}: E and nu")
+        row[0].set_title(f"{style.sensor_name(sensor)}: E and nu")
         row[1].set_title("law of the force")
         row[2].set_title("E over time")
     return figure
@@ -111,11 +114,11 @@ def _force(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
     for one in captures.values():
         order = np.argsort(one.fitted_depth_m)
         seen, told = MILLIMETRES * one.depth_m, MILLIMETRES * one.fitted_depth_m
-        axes.plot(seen, one.force_n, "o", ms=3, color=GREY)
-        axes.plot(told[order], one.force_n[order], lw=0.9, color=ORANGE)
+        axes.plot(seen, one.force_n, "o", ms=3, color=style.GREY)
+        axes.plot(told[order], one.force_n[order], lw=0.9, color=style.ORANGE)
         gap = MILLIMETRES * (one.depth_m - one.fitted_depth_m)
         _band(left, seen, MILLIMETRES * one.depth_expected_std_m)
-        left.plot(seen, gap, "o-", ms=3, lw=0.6, color=GREY)
+        left.plot(seen, gap, "o-", ms=3, lw=0.6, color=style.GREY)
     axes.set_ylabel("force (N)")
     _below(axes, left, "depth (mm)")
 
@@ -125,10 +128,10 @@ def _motion(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
     for one in captures.values():
         frame, away = int(np.argmax(one.depth_m)), MILLIMETRES * one.distance_m
         seen, told = (MILLIMETRES * m[frame] for m in (one.moved_m, one.fitted_moved_m))
-        axes.plot(away, seen, ".", ms=3, color=GREY)
-        axes.plot(away, told, ".", ms=2, color=ORANGE)
+        axes.plot(away, seen, ".", ms=3, color=style.GREY)
+        axes.plot(away, told, ".", ms=2, color=style.ORANGE)
         _band(left, *_by_ring(away, MILLIMETRES * one.moved_expected_std_m[frame]))
-        left.plot(away, seen - told, ".", ms=2.5, color=GREY)
+        left.plot(away, seen - told, ".", ms=2.5, color=style.GREY)
         drawn.append((seen, told))
     seen, told = (np.concatenate(each) for each in zip(*drawn, strict=True))
     _zoom(axes, seen, told)
@@ -172,7 +175,7 @@ def _zoom(axes: Axes, seen: NDArray, told: NDArray) -> None:
 
 def _below(axes: Axes, left: Axes, label: str) -> None:
     """Put what is left under what it is left of, on one axis."""
-    left.axhline(0, color=BLACK, lw=0.6)
+    left.axhline(0, color=style.BLACK, lw=0.6)
     left.set(xlabel=label, ylabel="residual (mm)", xlim=axes.get_xlim())
     axes.tick_params(labelbottom=False)
     # The first two lines; those of further captures look alike.
@@ -191,7 +194,7 @@ def _regions(axes: Axes, found: Mapping) -> None:
         told = np.einsum("abi,ij,abj->ab", off, np.array(found["regions"][name]), off)
         axes.contourf(ratios, moduli, told, [-1, most], colors=[to_rgba(colour, 0.25)])
         axes.contour(ratios, moduli, told, [most], colors=[colour], linewidths=0.9)
-    axes.plot(nu, KILOPASCALS * E, "+", color=BLACK, ms=6)
+    axes.plot(nu, KILOPASCALS * E, "+", color=style.BLACK, ms=6)
     axes.set(xlabel="nu", ylabel="E (kPa)", xlim=(0, GREATEST_NU), ylim=(moduli[0], moduli[-1]))
     patches = [Patch(color=to_rgba(colour, 0.5), label=label) for colour, label in REGIONS.values()]
     axes.legend(handles=patches, fontsize=6.5, loc="upper left", handlelength=1.0)
@@ -202,10 +205,10 @@ def _law(axes: Axes, law: Mapping) -> None:
     reach = max(abs(law["value"] - 0.5) + 3 * law["std"], 1.2)
     place = np.linspace(0.5 - reach, 0.5 + reach, STEPS)
     likely = norm.pdf(place, law["value"], law["std"]) * law["std"]
-    axes.fill_between(place, likely, color=to_rgba(GREEN, 0.35), lw=0)
-    axes.plot(place, likely, color=GREEN, lw=0.9)
+    axes.fill_between(place, likely, color=to_rgba(style.GREEN, 0.35), lw=0)
+    axes.plot(place, likely, color=style.GREEN, lw=0.9)
     for at, name in LAWS.items():
-        axes.axvline(at, color=BLACK, lw=0.8, ls="--")
+        axes.axvline(at, color=style.BLACK, lw=0.8, ls="--")
         side = "right" if at < 0.5 else "left"
         axes.annotate(" " + name.removesuffix("'s") + " ", (at, 0.46), ha=side, fontsize=6.5)
     axes.set(xlabel="place between the laws", ylabel="how likely", ylim=(0, 0.52), yticks=[])
@@ -222,12 +225,12 @@ def _relaxing(axes: Axes, found: Mapping, end_s: float) -> None:
     )
     left = KILOPASCALS * found["youngs_modulus_pa"]["value"] * (1 - lost)
     for part, line in ((time <= end_s, "-"), (time >= end_s, "--")):
-        axes.plot(time[part], left[part], line, color=BLUE)
+        axes.plot(time[part], left[part], line, color=style.BLUE)
     told = {FROM_S: "", ONE_SECOND_S: "_1s"}
     for at, end in told.items():
         one = found[f"youngs_modulus{end}_pa"]
         low, value, high = (KILOPASCALS * one[name] for name in ("low", "value", "high"))
-        look = {"fmt": "o", "ms": 3, "lw": 0.9, "color": BLUE}
+        look = {"fmt": "o", "ms": 3, "lw": 0.9, "color": style.BLUE}
         look |= {"mfc": "white"} if at > end_s else {}
         axes.errorbar(at, value, [[value - low], [high - value]], **look)
     axes.set(xscale="log", xlabel="time after a step (s)", ylabel="E (kPa)")

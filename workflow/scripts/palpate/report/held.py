@@ -96,14 +96,7 @@ class Held:
 
 @dataclass(frozen=True)
 class Check:
-    """A number of a recording.
-
-    Attributes
-    ----------
-    what, found, good : str
-        What it is, its value, and which values are good.
-    passed : bool
-    """
+    """A number of a recording: what it is, its value, which values are good, and whether it is."""
 
     what: str
     found: str
@@ -178,12 +171,7 @@ def named(capture: Mapping) -> str:
 def seconds_compared(time_s: NDArray, depth_m: NDArray, frames: NDArray) -> float:
     """From the touch to the last frame that was compared [s].
 
-    Parameters
-    ----------
-    time_s, depth_m : (f,) arrays
-        Of all frames.
-    frames : (c,) array
-        Those that were compared.
+    Of times [s] and depths [m] of all frames, (f,), and those that were compared (c,).
     """
     return float(time_s[frames[-1]] - _first(time_s, depth_m, 0.0))
 

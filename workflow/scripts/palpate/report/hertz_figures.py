@@ -1,6 +1,7 @@
 """Hertz model beside the recorded force and depth of each capture."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -10,24 +11,15 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from palpate.estimate.hertz.curve_fit import HertzFit
 from palpate.estimate.hertz.laws import parabola_force
 from palpate.json_fields import read_all
 from palpate.modulus import CONFIDENCE
-from palpate.report.style import (
-    BLACK,
-    BLUE,
-    COLUMN_IN,
-    GREEN,
-    GREY,
-    ORANGE,
-    PAGE_IN,
-    SMALL,
-    finished,
-    sensor_name,
-)
-from palpate.units import KILOPASCALS, MILLIMETRES, MILLINEWTONS
+from palpate.report import style
+from palpate.units import KILOPASCALS, MILLIMETRES, MILLINEWTONS, readable
 
 SHOWN_BEFORE_M = 0.002
+CURVE_IN = 2.3
 
 
 def make_hertz_fits(inputs: Any, params: Any) -> Figure:
@@ -38,26 +30,21 @@ def make_hertz_fits(inputs: Any, params: Any) -> Figure:
 def hertz_fits(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> Figure:
     """Hertz model fitted to one point per sensor, with range and residuals.
 
-    Parameters
-    ----------
-    captures : sequence of mapping
-        ``sensor, point, provenance`` of each capture.
-    fits : sequence of mapping
-        hertz.json of each.
+    Of the hertz.json of captures (``sensor, point, provenance``).
     """
     count = len(fits)
     figure, axes = plt.subplots(
         2,
         count,
-        figsize=(max(COLUMN_IN, PAGE_IN * count / 2), 4.1),
+        figsize=(max(style.COLUMN_IN, style.PAGE_IN * count / 2), 4.1),
         height_ratios=(3, 1),
         sharex=True,
         sharey="row",
         squeeze=False,
     )
-    titles = [f"{sensor_name(one['sensor'])}, point {one['point']}" for one in captures]
+    titles = [f"{style.sensor_name(one['sensor'])}, point {one['point']}" for one in captures]
     if len(set(titles)) < count:
-        titles = [f"{sensor_name(one['sensor'])}, {one['capture']}" for one in captures]
+        titles = [f"{style.sensor_name(one['sensor'])}, {one['capture']}" for one in captures]
     for column, title, fit in zip(axes.T, titles, fits, strict=True):
         _fit_panel(column[0], fit)
         _residual_panel(column[1], fit)
@@ -65,25 +52,28 @@ def hertz_fits(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> Figure:
     axes[0, 0].set_ylabel("Force (N)")
     axes[1, 0].set_ylabel("Residual (mN)")
     figure.align_ylabels(axes[:, 0])
-    return finished(figure, {capture["provenance"] for capture in captures})
+    return style.finished(figure, {capture["provenance"] for capture in captures})
+
+
+def figure_of_curves(fits: Sequence[tuple[str, HertzFit]]) -> Figure:
+    """Force over indentation with the law, and what it leaves, a row for each curve's file."""
+    with style.journal():
+        size = (style.PAGE_IN, CURVE_IN * len(fits))
+        figure, axes = plt.subplots(len(fits), 2, figsize=size, squeeze=False)
+        for (name, fit), (left, right) in zip(fits, axes, strict=True):
+            fit.plot(left)
+            left.set_title(Path(name).name, fontsize=7.5)
+            _curve_residuals(fit, right)
+            right.set_xlim(left.get_xlim())
+        figure.tight_layout()
+    return figure
 
 
 def curve_band(fit: Mapping, depth_m: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-    """Curve of the fit with a free contact point, and the 95 % band of its mean.
+    """Curve of the fit with a free contact point, and its mean's 95 % band (low, high), (n,) [N].
 
-    Linear propagation of both parameters' errors, with their correlation, for independent
-    residuals of equal variance.
-
-    Parameters
-    ----------
-    fit : mapping
-        hertz.json of a capture.
-    depth_m : (n,) array
-        Depths to show [m].
-
-    Returns
-    -------
-    force_n, low_n, high_n : (n,) arrays
+    Linear propagation of both parameters' errors, with their correlation, for independent residuals
+    of equal variance. Of a capture's hertz.json, at depths (n,) [m].
     """
     free, (measured, _, used) = fit["free_contact"], samples_of(fit)
     curve, slopes = _free_curve(fit, depth_m)
@@ -108,9 +98,10 @@ def recorded(axes: Axes, fit: Mapping, size: float) -> None:
     depth, force, used = samples_of(fit)
     x, other = depth * MILLIMETRES, np.ones(len(depth), bool)
     other[used] = False
-    look = {"mfc": "none", "mec": GREY, "mew": 0.7, "label": "recorded"}
+    look = {"mfc": "none", "mec": style.GREY, "mew": 0.7, "label": "recorded"}
     axes.plot(x[other], force[other], "o", ms=size, **look)
-    axes.plot(x[used], force[used], "o", ms=size, mew=0, color=ORANGE, label="range of the fit")
+    look = {"mew": 0, "color": style.ORANGE, "label": "range of the fit"}
+    axes.plot(x[used], force[used], "o", ms=size, **look)
 
 
 def _free_curve(fit: Mapping, depth_m: NDArray) -> tuple[NDArray, NDArray]:
@@ -132,16 +123,16 @@ def _fit_panel(axes: Axes, fit: Mapping) -> None:
     model = fit["study"]["reduced_modulus_pa"] * parabola_force(grid, fit["radius_m"])
     other, low, high = curve_band(fit, grid)
     x = grid * MILLIMETRES
-    axes.fill_between(x, low, high, color=GREEN, alpha=0.25, lw=0, label="95 % band")
-    axes.plot(x, other, color=GREEN, label=f"contact point free, {_range(free)}")
+    axes.fill_between(x, low, high, color=style.GREEN, alpha=0.25, lw=0, label="95 % band")
+    axes.plot(x, other, color=style.GREEN, label=f"contact point free, {_range(free)}")
     label = f"Hertz (Eq. 5.1), E* {kilopascals(fit['study'])} kPa"
-    axes.plot(x, model, color=BLUE, ls=(0, (5, 2)), label=label)
+    axes.plot(x, model, color=style.BLUE, ls=(0, (5, 2)), label=label)
     recorded(axes, fit, 3.4)
     place = free["contact_depth_m"] * MILLIMETRES
     axes.plot(
-        place, 0, "|", ms=11, mew=1.6, color=BLACK, label=f"contact point {_signed(place)} mm"
+        place, 0, "|", ms=11, mew=1.6, color=style.BLACK, label=f"contact point {_signed(place)} mm"
     )
-    axes.legend(loc="upper left", fontsize=SMALL, handlelength=1.8)
+    axes.legend(loc="upper left", fontsize=style.SMALL, handlelength=1.8)
     axes.set_xlim(left=-SHOWN_BEFORE_M * MILLIMETRES)
     axes.set_ylim(top=1.3 * force.max())
 
@@ -150,14 +141,14 @@ def _residual_panel(axes: Axes, fit: Mapping) -> None:
     depth, force, used = samples_of(fit)
     model = fit["study"]["reduced_modulus_pa"] * parabola_force(depth, fit["radius_m"])
     free, _ = _free_curve(fit, depth)
-    for values, marker, colour in ((model, "s", BLUE), (free, "o", GREEN)):
+    for values, marker, colour in ((model, "s", style.BLUE), (free, "o", style.GREEN)):
         residual = (force - values)[used] * MILLINEWTONS
         look = {"ms": 3, "color": colour, "lw": 0.7, "mew": 0}
         axes.plot(depth[used] * MILLIMETRES, residual, marker=marker, **look)
-    axes.axhline(0, color=BLACK, lw=0.6)
+    axes.axhline(0, color=style.BLACK, lw=0.6)
     rms = [fit[name]["rms_n"] * MILLINEWTONS for name in ("study", "free_contact")]
     text = f"rms {rms[0]:.0f} mN; contact point free {rms[1]:.0f} mN"
-    axes.set_title(text, fontsize=SMALL, weight="normal", pad=2)
+    axes.set_title(text, fontsize=style.SMALL, weight="normal", pad=2)
     axes.set_xlabel("Indentation depth (mm)")
 
 
@@ -173,3 +164,13 @@ def _signed(value: float) -> str:
 def _range(free: Mapping) -> str:
     low, high = (value * KILOPASCALS for value in free["reduced_modulus_interval_pa"])
     return f"E* {kilopascals(free)} ({low:.1f} to {high:.1f}) kPa"
+
+
+def _curve_residuals(fit: HertzFit, axes: Axes) -> None:
+    way, length = readable(fit.press_m, "m")
+    scale, unit = readable(float(np.abs(fit.residual_n).max()), "N")
+    depth, left = way * (fit.depth_m - fit.contact_m), scale * fit.residual_n
+    axes.plot(depth, left, ".", ms=3, color=style.GREY)
+    axes.axhline(0, lw=0.6, color=style.BLACK)
+    axes.set(xlabel=f"indentation ({length})", ylabel=f"force less law ({unit})")
+    axes.set_title(fit.quality, fontsize=7.5)

@@ -49,13 +49,8 @@ class Material:
 def recommended_row(summary: pd.DataFrame, sensor: str | None = None) -> pd.Series:
     """The row of a summary that says E and nu of its object.
 
-    Parameters
-    ----------
-    summary : DataFrame
-        Of one object.
-    sensor : str, optional
-        Needed where there are several recommended estimates; of curves, which are estimated each
-        for itself, ``curve/<capture>`` where there is more than one.
+    A sensor is needed where there are several recommended estimates; of curves, which are estimated
+    each for itself, ``curve/<capture>`` where there is more than one.
 
     Raises
     ------
@@ -80,14 +75,9 @@ def names_of(rows: pd.DataFrame) -> list[str]:
 
 
 def material_of(row: pd.Series, estimate: Path | None = None) -> Material:
-    """Material of a recommended row.
+    """Material of a recommended row (`recommended_row`).
 
-    Parameters
-    ----------
-    row : Series
-        Of `recommended_row`.
-    estimate : path, optional
-        The direct.json that the row is of, where there is one: it holds the relaxation.
+    The direct.json that the row is of, where there is one, holds the relaxation.
 
     Raises
     ------

@@ -15,15 +15,7 @@ LAW = "W = mu/2 (I1 - 3) - mu ln J + lam/2 (J - 1)^2"
 
 @dataclass(frozen=True)
 class Units:
-    """Units of a card.
-
-    Attributes
-    ----------
-    told : str
-        Of moduli, forces, lengths and times.
-    modulus : float
-        Factor from pascals.
-    """
+    """Units of a card: those of moduli, forces, lengths and times, and the factor from pascals."""
 
     told: str
     modulus: float
@@ -38,15 +30,7 @@ UNITS = {
 
 @dataclass(frozen=True)
 class Programme:
-    """How a programme takes materials.
-
-    Attributes
-    ----------
-    suffix : str
-        Of its files.
-    write : callable
-        Takes material and units, gives the card's text.
-    """
+    """How a programme takes materials: the suffix of its files, and what writes a card's text."""
 
     suffix: str
     write: Callable[[Material, Units], str]

@@ -26,19 +26,10 @@ COLUMNS = {"E": "youngs_modulus_pa", "nu": "poisson_ratio", "reduced": "reduced_
 
 @dataclass(frozen=True)
 class Shown:
-    """One capture on the page.
+    """One capture on the page: ``object``, ``sensor``, ``capture``, ``point``, ``provenance``.
 
-    Attributes
-    ----------
-    capture : mapping
-        ``object``, ``sensor``, ``capture``, ``point``, ``provenance``.
-    tracked : Tracked
-    fit : mapping
-        hertz.json: its samples hold force and depth of each frame.
-    minima : mapping
-        minimise-<error>.json by error option.
-    advised : mapping or None, optional
-        Row of summary.csv that is recommended of its object and sensor.
+    With its hertz.json, whose samples hold force and depth of each frame, minimise-<error>.json by
+    error option, and the recommended row of summary.csv of its object and sensor, if there is one.
     """
 
     capture: Mapping
@@ -51,17 +42,10 @@ class Shown:
 def view(shown: Shown) -> dict:
     """What the page gets of one capture.
 
-    Parameters
-    ----------
-    shown : Shown
-
-    Returns
-    -------
-    dict
-        ``title``, ``provenance``; ``steps`` (base64 of int16, frame by vertex by axis), ``step_mm``
-        and ``middle_mm`` that take them to the object frame, ``faces`` (base64 of uint32);
-        ``frames`` (force and depth of each, as text), ``deepest_frame``, ``largest_mm``: the
-        greatest displacement there, and ``moduli``: rows of text.
+    ``title``, ``provenance``; ``steps`` (base64 of int16, frame by vertex by axis), ``step_mm`` and
+    ``middle_mm`` that take them to the object frame, ``faces`` (base64 of uint32); ``frames``
+    (force and depth of each, as text), ``deepest_frame``, ``largest_mm``: the greatest displacement
+    there, and ``moduli``: rows of text.
 
     Raises
     ------
@@ -99,16 +83,8 @@ def view(shown: Shown) -> dict:
 def in_steps(tracked: Tracked) -> tuple[NDArray, float, NDArray]:
     """Vertices of all frames in the object frame as whole steps about their middle.
 
-    Parameters
-    ----------
-    tracked : Tracked
-
-    Returns
-    -------
-    steps : (f, n, 3) int array
-    step_mm : float
-        Length of a step: a 64,000th of the object's greatest extent.
-    middle_mm : (3,) array
+    Steps (f, n, 3) int, the length of a step [mm], a 64,000th of the object's greatest extent, and
+    the middle (3,) [mm].
 
     Raises
     ------
@@ -167,21 +143,9 @@ def page(
 ) -> str:
     """Put style, views, their behaviour and the plotting library into the page.
 
-    Parameters
-    ----------
-    template, behaviour, plotly : str
-        HTML with the places ``@@name@@``, and scripts.
-    views : sequence of mapping
-        As `view` gives them.
-    tracker : str
-        Whose surfaces they are.
-    estimates : str, optional
-        All objects beside one another, as `objects_table.section` gives them.
-
-    Returns
-    -------
-    str
-        The same for the same views.
+    The template is HTML with the places ``@@name@@``, behaviour and plotly are scripts, views are
+    as `view` gives them, and ``estimates`` as `objects_table.section` does; ``tracker`` says whose
+    surfaces they are. The same views give the same page.
     """
     data = {"tracker": tracker, "views": list(views)}
     parts = {

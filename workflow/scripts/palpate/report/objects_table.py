@@ -25,19 +25,10 @@ CAPTION = (
 
 
 def section(rows: Sequence[Mapping], pages: Sequence[str] = ()) -> str:
-    """Table of recommended estimates, a line each.
+    """Table of recommended rows of summary.csv, a line each, in HTML.
 
-    Parameters
-    ----------
-    rows : sequence of mapping
-        Recommended rows of summary.csv.
-    pages : sequence of str, optional
-        Objects that have a page of their own, which their names lead to.
-
-    Returns
-    -------
-    str
-        HTML; just the pages where there are not two estimates to compare.
+    Names of objects that have a page of their own lead to it. Where there are not two estimates to
+    compare there are just the pages.
     """
     if len(rows) < LEAST_ROWS:
         return "".join(f"<p>Results of {_named(name, pages)}</p>" for name in pages)
@@ -57,17 +48,10 @@ def section(rows: Sequence[Mapping], pages: Sequence[str] = ()) -> str:
 
 
 def ticks(found: Sequence[Modulus]) -> list[float]:
-    """Round values on a logarithmic axis that holds all moduli and intervals [Pa].
+    """Round values on a logarithmic axis that holds all moduli and intervals, rising [Pa].
 
-    Parameters
-    ----------
-    found : sequence of Modulus
-
-    Returns
-    -------
-    list of float
-        Rising; the first and the last are the axis' ends. Steps of 1, 2 and 5, or decades, or
-        several decades, whichever are few enough to be labelled. Nothing for no moduli.
+    The first and the last are the axis' ends. Steps of 1, 2 and 5, or decades, or several decades,
+    whichever are few enough to be labelled. Nothing for no moduli.
     """
     ends = [end for one in found for end in (one.value, one.low, one.high) if end is not None]
     if not ends:
@@ -104,12 +88,7 @@ def _words(name: str) -> str:
 
 
 def _line(
-    row: Mapping,
-    young: Modulus | None,
-    axis: Sequence[float],
-    pages: Sequence[str],
-    *,
-    apart: bool,
+    row: Mapping, young: Modulus | None, axis: Sequence[float], pages: Sequence[str], *, apart: bool
 ) -> str:
     """An estimate; its name says by which device where that tells it from others."""
     moduli = "".join(_cell(Modulus.of_row(row, column)) for column in MODULI)

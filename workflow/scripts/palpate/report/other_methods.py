@@ -12,12 +12,7 @@ from palpate.report.tables import AT_BOUND_NOTE, bound_mark
 
 # What methods are compared by.
 STAR = "reduced_modulus_pa"
-COMPARED = [
-    STAR,
-    "effective_reduced_modulus_pa",
-    "youngs_modulus_pa",
-    "poisson_ratio",
-]
+COMPARED = [STAR, "effective_reduced_modulus_pa", "youngs_modulus_pa", "poisson_ratio"]
 METHODS = {
     "direct_joint": "direct, all captures together",
     "direct": "direct",

@@ -16,15 +16,9 @@ Made = pd.DataFrame | str | Mapping | Sequence | Callable[[Path], None]
 
 
 def table(frame: pd.DataFrame, *, title: str, **notes: Sequence[str]) -> dict[str, Made]:
-    """A table as it goes to CSV and to Markdown.
+    """A table with a column ``provenance`` as it goes to CSV and to Markdown.
 
-    Parameters
-    ----------
-    frame : DataFrame
-        With a column ``provenance``.
-    title : str
-    **notes : sequences of str, optional
-        ``more_notes`` and ``last_notes``, before and after what its rows call for.
+    Notes are ``more_notes`` and ``last_notes``, before and after what its rows call for.
     """
     return {"csv": frame, "md": tables.markdown(frame, title=title, **notes)}
 
@@ -37,13 +31,8 @@ def exact(frame: pd.DataFrame) -> Callable[[Path], None]:
 def write(made: Figure | Mapping[str, Made], output: object) -> None:
     """Write what a function made: all files, or none. A page is made of the Markdown.
 
-    Parameters
-    ----------
-    made : mapping or Figure
-        By the name of the rule's output; ``figure``, or a figure alone, goes to ``png`` and
-        ``svg``.
-    output : object
-        Paths by name, as a rule has them.
+    What was made is by the name of the rule's output; ``figure``, or a figure alone, goes to
+    ``png`` and ``svg``. Outputs are paths by name, as a rule has them.
 
     Raises
     ------

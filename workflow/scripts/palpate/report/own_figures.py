@@ -11,16 +11,9 @@ from palpate.workflow.own_objects import OwnObjects
 class OwnFigure:
     """One figure of each object.
 
-    Attributes
-    ----------
-    name : str
-        Of its files; its rule's begins with ``own_``.
-    title, caption : str
-        In the report; the object's name goes before the title, the caption is reStructuredText.
-    make : str
-        ``module:function``; takes the rule's inputs and params.
-    inputs, params : callable
-        Files and values by name, of a run's objects.
+    Its name is that of its files, and after ``own_`` its rule's. In the report the object's name
+    goes before the title, and the caption is reStructuredText. ``make`` is ``module:function``, and
+    takes the rule's inputs and params: files and values by name, of a run's objects.
     """
 
     name: str
@@ -64,10 +57,7 @@ OWN_FIGURES = (
         " capture, and of all captures with a sensor together (diamonds, the recommended"
         " estimate). The value of an open symbol is not to be trusted; its interval is.",
         make="palpate.report.own_moduli:make_own_moduli",
-        inputs=lambda own: {
-            "direct": own.files(own.captures, "direct.json"),
-            "joint": own.joint(),
-        },
+        inputs=lambda own: {"direct": own.files(own.captures, "direct.json"), "joint": own.joint()},
         params=_all,
     ),
     OwnFigure(

@@ -47,12 +47,8 @@ def own_moduli(
 ) -> Figure:
     """Moduli with their intervals, beside one another, on lines one below the other.
 
-    Parameters
-    ----------
-    captures, singles : sequences of mapping
-        Described captures and their direct.json.
-    sensors, joints : sequences of str and of mapping
-        Sensors and the direct.json of all captures with each.
+    Singles are the direct.json of described captures, joints those of all captures with each
+    sensor.
     """
     lines = list(_lines(captures, singles, sensors, joints))
     height = min(AROUND_IN + LINE_IN * len(lines), HIGHEST_IN)

@@ -8,21 +8,11 @@ import pandas as pd
 from palpate.capture.discover import CURVE
 from palpate.modulus import VERDICTS, Modulus, verdicts_in
 from palpate.report import budget_bars
+from palpate.report import own_words as words
 from palpate.report.data_package import data
 from palpate.report.held import FRAMES_NOTE, Held, checks_of, press_of, recording, rows
 from palpate.report.material import names_of
 from palpate.report.other_methods import HERTZ, others
-from palpate.report.own_words import (
-    FURTHER,
-    WORDS,
-    by,
-    cells,
-    compared_s,
-    conditions,
-    headline,
-    range_of,
-    verdict,
-)
 from palpate.report.press_pictures import Glimpse
 from palpate.report.style import sensor_name
 from palpate.report.table_page import document, figure, rendered, table
@@ -158,10 +148,10 @@ def _first_screen(title, advised, joints, held, checked, glimpses, *, simulated)
     for one in advised:
         # A curve beside captures takes Poisson's ratio for granted.
         beside = one["sensor"] == CURVE and bool(checked)
-        lines += [headline(one, "For comparison" if beside else title), ""]
-        told = list(verdict(one))
+        lines += [words.headline(one, "For comparison" if beside else title), ""]
+        told = list(words.verdict(one))
         if one["method"] == "direct_joint":
-            told.append(range_of(_with(one, held)))
+            told.append(words.range_of(_with(one, held)))
         lines += [" ".join(told), ""]
         if one["method"] == "direct_joint":
             lines += [budget_bars.largest(joints[one["sensor"]]["budget"]), ""]
@@ -194,20 +184,20 @@ def _how_stiff(advised, summary, joints, held) -> Iterator[str]:
     yield '<section class="moduli"><h2>How stiff</h2>'
     for one in advised:
         mine = _with(one, held)
-        ends_s = compared_s(mine)
+        ends_s = words.compared_s(mine)
         moduli = {key: (Modulus.of_row(one, key), *told) for key, told in MODULI.items()}
         lines = []
         if one["method"] == "direct_joint":
             direct = joints[one["sensor"]]
-            moduli |= {key: (Modulus(**direct[key]), *told) for key, told in FURTHER.items()}
-            lines = ["", conditions(direct, mine)]
-        found = [cells(key, *of, ends_s) for key, of in moduli.items()]
-        yield f"<h3>{by(one)}</h3>"
+            moduli |= {key: (Modulus(**direct[key]), *told) for key, told in words.FURTHER.items()}
+            lines = ["", words.conditions(direct, mine)]
+        found = [words.cells(key, *of, ends_s) for key, of in moduli.items()]
+        yield f"<h3>{words.by(one)}</h3>"
         yield rendered("\n".join([*table([row for row in found if row]), *lines]))
-    given = {found[name]["verdict"] for found in joints.values() for name in FURTHER}
+    given = {found[name]["verdict"] for found in joints.values() for name in words.FURTHER}
     given |= set(verdicts_in(summary[summary["recommended"]]))
     meanings = [
-        f"- *{WORDS[one]}* ({one} in the tables): {told}."
+        f"- *{words.WORDS[one]}* ({one} in the tables): {told}."
         for one, told in VERDICTS.items()
         if one in given
     ]

@@ -6,19 +6,11 @@ from statistics import NormalDist
 import numpy as np
 import pandas as pd
 
+from palpate import modulus as verdicts
 from palpate.capture.discover import CURVE
 from palpate.estimate.direct.quantities import ONE_SECOND_S
 from palpate.estimate.direct.warnings import FAR_LAW
-from palpate.modulus import (
-    ASSUMED,
-    BOUNDED,
-    CONFIDENCE,
-    IDENTIFIED,
-    INTERVAL,
-    NOT_IDENTIFIED,
-    NOT_JUDGED,
-    Modulus,
-)
+from palpate.modulus import Modulus
 from palpate.report.held import Held
 from palpate.report.style import sensor_name
 from palpate.units import MILLIMETRES
@@ -29,19 +21,20 @@ LAWS = {0.0: "neo-Hooke's", 1.0: "Blatz and Ko's"}
 LEAST_TOLD_STD = 0.4
 # Verdicts as they are said of one modulus.
 WORDS = {
-    IDENTIFIED: "known",
-    BOUNDED: "within limits",
-    NOT_IDENTIFIED: "not known",
-    INTERVAL: "interval given, not judged",
-    NOT_JUDGED: "no interval",
-    ASSUMED: "assumed",
+    verdicts.IDENTIFIED: "known",
+    verdicts.BOUNDED: "within limits",
+    verdicts.NOT_IDENTIFIED: "not known",
+    verdicts.INTERVAL: "interval given, not judged",
+    verdicts.NOT_JUDGED: "no interval",
+    verdicts.ASSUMED: "assumed",
 }
-RELIED_ON = (IDENTIFIED, INTERVAL)
+RELIED_ON = (verdicts.IDENTIFIED, verdicts.INTERVAL)
 OF_NU = {
-    IDENTIFIED: "Poisson's ratio is known",
-    BOUNDED: "Of Poisson's ratio only limits are known: trust the interval, not the value",
-    NOT_IDENTIFIED: "Poisson's ratio is not known: any value of its range explains the captures",
-    ASSUMED: "Poisson's ratio was assumed, not measured",
+    verdicts.IDENTIFIED: "Poisson's ratio is known",
+    verdicts.BOUNDED: "Of Poisson's ratio only limits are known: trust the interval, not the value",
+    verdicts.NOT_IDENTIFIED: "Poisson's ratio is not known: any value of its range explains the"
+    " captures",
+    verdicts.ASSUMED: "Poisson's ratio was assumed, not measured",
 }
 # What follows from the moduli.
 FURTHER = {
@@ -53,15 +46,7 @@ AFTER_S = {"youngs_modulus_1s_pa": ONE_SECOND_S}
 
 
 def headline(row: Mapping, name: str) -> str:
-    """One sentence with what was found of an object, in Markdown.
-
-    Parameters
-    ----------
-    row : mapping
-        Recommended row of its summary.csv.
-    name : str
-        The object.
-    """
+    """One sentence, in Markdown, with what a recommended row of summary.csv says of an object."""
     star, effective, young, nu = (
         Modulus.of_row(row, key)
         for key in (
@@ -110,15 +95,9 @@ def verdict(row: Mapping) -> Iterator[str]:
 def law(place: float, std: float) -> str:
     """What is known of how the force rises with depth.
 
-    Parameters
-    ----------
-    place, std : float
-        Between the laws, 0 and 1, and its standard uncertainty.
-
-    >>> law(0.1, 0.2).partition(": ")[2]
-    "0.10 of the way to Blatz and Ko's (-0.29 to 0.49)."
+    Of its place between the laws, 0 and 1, and that place's standard uncertainty.
     """
-    half = NormalDist().inv_cdf((1 + CONFIDENCE) / 2) * std
+    half = NormalDist().inv_cdf((1 + verdicts.CONFIDENCE) / 2) * std
     untold = std > LEAST_TOLD_STD
     possible = [name for at, name in LAWS.items() if untold or abs(at - place) <= half]
     first, last = LAWS.values()
@@ -166,12 +145,7 @@ def cells(
 def conditions(direct: Mapping, held: Sequence[Held]) -> str:
     """At which strain and how fast these hold: at the depth of the effective modulus.
 
-    Parameters
-    ----------
-    direct : mapping
-        direct.json of all captures together.
-    held : sequence of Held
-        Those captures; of several the median is told.
+    Of the direct.json of all captures together, and those captures; of several the median is told.
     """
     strain, depth = 100 * direct["effective"]["strain"], direct["effective"]["depth_m"]
     there, deepest = (
@@ -203,7 +177,7 @@ def compared_s(held: Sequence[Held]) -> float:
 def _bold(modulus: Modulus) -> str:
     """Value and interval; in bold letters what is to be relied on."""
     value, _, interval = modulus.told().partition(" (")
-    if modulus.verdict == BOUNDED and interval:
+    if modulus.verdict == verdicts.BOUNDED and interval:
         unit = value.partition(" ")[2]
         return f"within **{interval.rstrip(')')}{' ' * bool(unit)}{unit}** (likeliest {value})"
     bold = f"**{value}**" if modulus.verdict in RELIED_ON else value

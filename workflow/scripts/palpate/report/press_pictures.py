@@ -25,17 +25,8 @@ MEASURED = "points of the object that were measured, dark near and light far"
 class Frames:
     """What was made of a capture's frames.
 
-    Attributes
-    ----------
-    photos : sequence of arrays
-        Pictures of the reference camera, grey or RGB.
-    masks : sequence of (h, w) bool arrays
-    tips_m, axes : (f, 3) arrays
-        Of the probe's tip, camera frame [m], and of its axis.
-    clouds : sequence of Cloud
-        Camera frame.
-    camera : PinholeCamera
-    force_n : (f,) array
+    Pictures of the reference camera, grey or RGB; masks (h, w); places of the probe's tip (f, 3),
+    camera frame [m], and its axes (f, 3); clouds, camera frame; and forces (f,) [N].
     """
 
     photos: Sequence[NDArray]
@@ -57,15 +48,7 @@ class Glimpse:
 
 
 def glimpses(frames: Frames, deepest: int, name: str) -> Iterator[Glimpse]:
-    """Pictures of the deepest frame, of the first, and of that in the middle of the press.
-
-    Parameters
-    ----------
-    frames : Frames
-    deepest : int
-    name : str
-        The capture's.
-    """
+    """Pictures of the deepest frame, of the first, and of that in the middle of the press."""
     middle = int(np.argmin(np.abs(frames.force_n[: deepest + 1] - frames.force_n[deepest] / 2)))
     window = _window(frames, deepest)
     said = {deepest: "deepest frame", middle: "frame nearest half the force", 0: "first frame"}

@@ -19,12 +19,7 @@ HOLDS = {"bonded": "held where it stands", "resting": "loose: it only stands the
 def describe(config: Mapping, versions: Mapping[str, str]) -> str:
     """Configuration and versions as Markdown, the same text for the same run.
 
-    Parameters
-    ----------
-    config : mapping
-        As in force, after all overrides.
-    versions : mapping
-        Version by name, in the order in which they are to stand.
+    As in force, after all overrides; versions by name, in the order in which they are to stand.
     """
     lines = ["# Configuration and versions", "", "## Versions", ""]
     lines += [*rows_of(("package", "version"), versions.items()), "", "## Configuration", ""]
@@ -42,20 +37,8 @@ def rests_on(
 ) -> list[dict[str, str]]:
     """Rows of a table of what an estimate was made with.
 
-    Parameters
-    ----------
-    spec, probe : mapping
-        object.yaml and the probe's file.
-    quality : mapping
-        solid_quality.json.
-    sensors : sequence of mapping
-        The sensors' files.
-    held : sequence of Held
-        The captures.
-    tables : mapping
-        Indentation tables by point.
-    version : str
-        Of Palpate.
+    Of object.yaml, the files of the probe and the sensors, solid_quality.json, the captures, the
+    indentation tables by point, and Palpate's version.
     """
     indenter, support = probe["indenter"], spec["support"]
     radius = f"{indenter['radius_m'] * MILLIMETRES:g} mm"
@@ -123,10 +106,7 @@ def told_whole(**files: Mapping) -> str:
 def checksums(named: Mapping[str, str]) -> list[dict[str, str]]:
     """SHA-256 of files, and of folders' visible files with their names.
 
-    Parameters
-    ----------
-    named : mapping
-        Paths by what they are called on the page.
+    Paths are by what they are called on the page.
     """
     return [{"file": name, "SHA-256": _checksum(Path(path))} for name, path in named.items()]
 

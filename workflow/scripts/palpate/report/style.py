@@ -1,6 +1,6 @@
 """One look for all figures, and files that are the same bytes for the same inputs."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -55,7 +55,7 @@ def journal() -> Iterator[None]:
         yield
 
 
-def label_provenance(figure: Figure, provenances: set[str]) -> None:
+def label_provenance(figure: Figure, provenances: Collection[str]) -> None:
     """Say under a figure that its captures are simulated, when any is."""
     if "simulated" in provenances:
         figure.text(
@@ -63,7 +63,7 @@ def label_provenance(figure: Figure, provenances: set[str]) -> None:
         )
 
 
-def finished(figure: Figure, provenances: set[str]) -> Figure:
+def finished(figure: Figure, provenances: Collection[str] = ()) -> Figure:
     """Lay a figure out with room for its provenance, and write that."""
     figure.tight_layout(rect=(0, 0.03, 1, 1))
     label_provenance(figure, provenances)

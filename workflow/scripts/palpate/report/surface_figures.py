@@ -15,14 +15,7 @@ from numpy.typing import NDArray
 from palpate.capture.images import Stream
 from palpate.json_fields import read_all
 from palpate.report.panels import Surface, photo_panel
-from palpate.report.style import (
-    BLACK,
-    BLUE,
-    GREY,
-    PAGE_IN,
-    label_provenance,
-    sensor_name,
-)
+from palpate.report.style import BLACK, BLUE, GREY, PAGE_IN, label_provenance, sensor_name
 from palpate.surface.pose import to_object
 from palpate.surface.tracked import load_tracked
 from palpate.units import MILLIMETRES

@@ -38,33 +38,16 @@ BOX = '<div class="wide" role="region" aria-label="Table" tabindex="0">'
 def page(markdown: str, *, title: str) -> str:
     """Render Markdown as a page without scripts and without anything from elsewhere.
 
-    Parameters
-    ----------
-    markdown : str
-        Text with pipe tables; HTML in it is shown as text.
-    title : str
-
-    Returns
-    -------
-    str
-        HTML.
+    HTML in the text with pipe tables is shown as text.
     """
     return document(rendered(markdown), title=title)
 
 
 def rendered(markdown: str) -> str:
-    """Render Markdown as a part of a page.
+    """Render Markdown with pipe tables as a part of a page; HTML in it is shown as text.
 
-    Parameters
-    ----------
-    markdown : str
-        Text with pipe tables; HTML in it is shown as text.
-
-    Returns
-    -------
-    str
-        HTML. Numbers stand right-aligned; columns' names may break after an underscore; a table
-        that is wider than the window scrolls by itself.
+    Numbers stand right-aligned; columns' names may break after an underscore; a table that is wider
+    than the window scrolls by itself.
     """
     parser = MarkdownIt("commonmark", {"html": False}).enable("table")
     body = NUMBER.sub(r'<td class="number">\1</td>', parser.render(markdown))

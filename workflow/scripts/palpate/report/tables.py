@@ -70,10 +70,7 @@ def markdown(
 def bound_mark(row: Mapping) -> str:
     """What stands behind the moduli of a row or result: nothing, or that they are a bound's.
 
-    Parameters
-    ----------
-    row : mapping
-        Its ``at_bound``, if it has one, may be read from CSV as text.
+    Its ``at_bound``, if it has one, may be read from CSV as text.
     """
     return AT_BOUND if str(row.get("at_bound")) == "True" else ""
 

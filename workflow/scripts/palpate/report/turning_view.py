@@ -35,23 +35,12 @@ TOLD = (
 
 
 def view_of(tracked: Tracked, fit: CaptureFit, force_n: Sequence[float]) -> dict:
-    """What the page draws of a capture.
+    """What the page draws of a capture, with the force in each frame (f,) [N].
 
-    Parameters
-    ----------
-    tracked : Tracked
-    fit : CaptureFit
-    force_n : (f,) array
-        In each frame [N].
-
-    Returns
-    -------
-    dict
-        ``steps`` (base64 of int16, frame by vertex by axis) times ``step_mm`` are places about the
-        object's middle, as ``samples`` are; ``from_rad``: where the camera stood; ``seen`` and
-        ``computed``: motions by frame and sample [mm], None where one was not compared;
-        ``scatter_mm``: deviation of one from the other; ``deepest``: place of that frame among
-        the frames.
+    ``steps`` (base64 of int16, frame by vertex by axis) times ``step_mm`` are places about the
+    object's middle, as ``samples`` are; ``from_rad``: where the camera stood; ``seen`` and
+    ``computed``: motions by frame and sample [mm], None where one was not compared; ``scatter_mm``:
+    deviation of one from the other; ``deepest``: place of that frame among the frames.
     """
     shown = _spread(len(fit.frames), int(np.argmax(fit.depth_m)))
     steps, step_mm, middle_mm = in_steps(tracked)
@@ -78,15 +67,7 @@ def view_of(tracked: Tracked, fit: CaptureFit, force_n: Sequence[float]) -> dict
 
 
 def section(name: str, view: Mapping) -> str:
-    """HTML of a view that own_page.js makes turn.
-
-    Parameters
-    ----------
-    name : str
-        The capture's.
-    view : mapping
-        Of `view_of`.
-    """
+    """HTML of a view (`view_of`) of a capture that own_page.js makes turn."""
     data = json.dumps(view, ensure_ascii=True).replace("<", "\\u003c")
     buttons = "".join(
         f'<button type="button" data-turn="{way}" aria-label="{NAMES[way]}">{sign}</button>'

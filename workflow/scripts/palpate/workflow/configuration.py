@@ -16,21 +16,8 @@ from palpate.capture.discover import (
     stamps_below,
 )
 from palpate.config.model import Model, problems
-from palpate.workflow.configuration_checks import (
-    dropped_experiments,
-    lab_devices,
-    missing_calibrations,
-    missing_films,
-    path_problems,
-    unknown_probe,
-)
-from palpate.workflow.lab_captures import (
-    by_object,
-    dropped_among,
-    is_the_labs,
-    recordings,
-    still_the_labs,
-)
+from palpate.workflow import configuration_checks as checks
+from palpate.workflow import lab_captures
 from palpate.workflow.options import Config, as_asked
 from palpate.workflow.places import placed, who_said
 from palpate.workflow.run import Run
@@ -86,33 +73,33 @@ def open_run(
     config = kind.read(config).written()
     paths = config["paths"] = placed(config["paths"], project)
     raw, only = Path(paths["raw"]), config["only"]
-    wrong = path_problems(paths, source)
+    wrong = checks.path_problems(paths, source)
     lab = _lab(paths["lab"], lab_kind, wrong)
     devices = {kind: _devices(kind, paths[kind], wrong) for kind in PLACES}
-    require_none([*wrong, *_wrong_devices(devices, lab_devices(lab))])
+    require_none([*wrong, *_wrong_devices(devices, checks.lab_devices(lab))])
     sensors, probes = (one.specs for one in devices.values())
     seen = stamps_below(raw, only=only) if files else {}
 
     wrong = list(check_lab(lab, sensors, paths["lab"])) if lab and check_lab else []
     dropped = {path.name for path in folders(raw)}.difference(NOT_OBJECTS)
     names = {*dropped, *(lab or {}).get("objects", {})}
-    there = by_object(c for c in discover(raw) if only in (None, c.object))
+    there = lab_captures.by_object(c for c in discover(raw) if only in (None, c.object))
     simulated = frozenset(
         capture
         for name, spec in (lab or {}).get("objects", {}).items()
-        if only in (None, name) and is_the_labs(name, raw, there[name], wrong)
-        for capture in recordings(name, spec, paths["lab"], sensors, probes, wrong)
+        if only in (None, name) and lab_captures.is_the_labs(name, raw, there[name], wrong)
+        for capture in lab_captures.recordings(name, spec, paths["lab"], sensors, probes, wrong)
     )
-    made = by_object(simulated)
-    wrong += dropped_among(made, there, paths)
+    made = lab_captures.by_object(simulated)
+    wrong += lab_captures.dropped_among(made, there, paths)
     own = [name for name in sorted(dropped) if only in (None, name)]
     for name in own:
-        if not still_the_labs(made[name], there[name]):
+        if not lab_captures.still_the_labs(made[name], there[name]):
             wrong += check_object(raw / name, sensors, probes, files=files)
     filmed = config["experiments"]["probe"]
     experiments = (raw / "sensors").is_dir() or (lab or {}).get("experiments")
-    wrong += dropped_experiments(raw / "sensors", sensors, lab) if only is None else []
-    wrong += unknown_probe(filmed, probes, source) if experiments and filmed else []
+    wrong += checks.dropped_experiments(raw / "sensors", sensors, lab) if only is None else []
+    wrong += checks.unknown_probe(filmed, probes, source) if experiments and filmed else []
     curves = () if wrong else _curves(raw, [name for name in own if not made[name]])
     run = kind.run(
         config=config,
@@ -127,7 +114,7 @@ def open_run(
     )
     wanted = run.captures
     wrong += run.problems(names, source)
-    wrong += missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
+    wrong += checks.missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
     require_none(wrong or [_nothing_found(paths, only, names)] * (not wanted and not curves))
     used = {"sensors": {c.sensor for c in wanted}, "probes": {filmed} if experiments else set()}
     used["sensors"] |= {one.name for one in folders(raw / "sensors")} if only is None else set()
@@ -135,7 +122,7 @@ def open_run(
     used["probes"] |= {run.description_of(name).get("probe") for name in recorded}
     require_none(_wrong_devices(devices, used))
     pressed = {(c.object, c.sensor): run.probe_of(c.object) for c in wanted}
-    require_none(missing_films(pressed, lab, paths, filmed))
+    require_none(checks.missing_films(pressed, lab, paths, filmed))
     return run
 
 

@@ -121,9 +121,7 @@ class Config(Model):
     only: str | None = option(None, "name of one object, or null for all")
     seed: int = option(20150401, "of all that is drawn", ge=0, le=2**53)
     methods: Annotated[tuple[Literal["hertz", "direct"], ...], all_different] = option(
-        ("hertz", "direct"),
-        "of people's own objects; a page needs both",
-        min_length=1,
+        ("hertz", "direct"), "of people's own objects; a page needs both", min_length=1
     )
     experiments: Experiments = option(Experiments(), "about the sensors")
     background: Background = option(Background(), "Section 4.2.1")
@@ -139,12 +137,7 @@ class Config(Model):
 def as_asked(told: Any, kinds: Sequence[Any]) -> Any:
     """Give what stands after ``--config``: within braces Snakemake takes numbers for texts.
 
-    Parameters
-    ----------
-    told
-        As Snakemake gives it.
-    kinds : sequence
-        What it may be: the configuration's model.
+    Of what Snakemake gives, and what it may be: the configuration's model.
     """
     if isinstance(told, Mapping):
         return {key: as_asked(one, field_at(kinds, [key])[0]) for key, one in told.items()}

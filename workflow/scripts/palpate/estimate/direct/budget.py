@@ -12,13 +12,7 @@ from numpy.typing import NDArray
 
 from palpate.estimate.direct.fit import Part, Solution
 from palpate.estimate.direct.indentation import OWN, DirectIndentation, linearised, residuals
-from palpate.estimate.direct.options import (
-    CONFIGURED,
-    OBSERVED,
-    UNSTATED,
-    ProbeUncertainty,
-    Rig,
-)
+from palpate.estimate.direct.options import CONFIGURED, OBSERVED, UNSTATED, ProbeUncertainty, Rig
 from palpate.estimate.direct.prior import UNMOVED
 from palpate.estimate.direct.quantities import (
     LOG_MODULI,
@@ -110,22 +104,11 @@ class Budget:
 
 
 def budget_of(
-    best: Solution,
-    quantities: Quantities,
-    known: ProbeUncertainty = UNSTATED,
-    *,
-    radius_m: float,
+    best: Solution, quantities: Quantities, known: ProbeUncertainty = UNSTATED, *, radius_m: float
 ) -> Budget:
     """What each source adds to the uncertainties of the moduli.
 
-    Parameters
-    ----------
-    best : Solution
-    quantities : Quantities
-    known : ProbeUncertainty, optional
-        What is stated of the probe's own numbers.
-    radius_m : float
-        Of the sphere.
+    ``known`` is what is stated of the probe's own numbers, and ``radius_m`` is the sphere's [m].
     """
     onto = quantities.slopes @ best.covariance
     # Those that are unknowns of the fit: their priors, through the data.

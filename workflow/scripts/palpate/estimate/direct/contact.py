@@ -88,10 +88,7 @@ class Contact:
     def check(self, *, zero_std_m: float) -> None:
         """Reject an indentation whose force and depth contradict each other.
 
-        Parameters
-        ----------
-        zero_std_m : float
-            Standard deviation of the depth's zero [m].
+        ``zero_std_m`` is the standard deviation of the depth's zero [m].
 
         Raises
         ------
@@ -130,12 +127,8 @@ class Contact:
     def first_touch(self, tips_m: NDArray, direction: NDArray) -> NDArray:
         """Centre of the sphere when it first touched, by the way of the deepest tips, (3,) [m].
 
-        Parameters
-        ----------
-        tips_m : (f, 3) array
-            Centres of the sphere, object frame [m].
-        direction : (3,) array
-            Unit vector of the indentation.
+        Of its centres ``tips_m`` (f, 3), object frame [m], and the unit vector (3,) of the
+        indentation.
         """
         deep = self.pressed_m > DEEP * self.pressed_m.max()
         return (tips_m - self.depth_m[:, None] * direction)[deep].mean(axis=0)
@@ -144,12 +137,8 @@ class Contact:
         """Frames from the onset to the end of the hold with force enough, (k,).
 
         The elastic force follows from a record's history while the contact grows or is held; that
-        of a release needs another law (T. C. T. Ting, J. Appl. Mech. 33, 1966, 845).
-
-        Parameters
-        ----------
-        tip_std_m : float
-            Deviation of a depth from frame to frame [m].
+        of a release needs another law (T. C. T. Ting, J. Appl. Mech. 33, 1966, 845). ``tip_std_m``
+        is the deviation of a depth from frame to frame [m].
         """
         end = hold_end(self.depth_m, int(np.argmax(self.depth_m)), frame_std_m=tip_std_m)
         return self.onset + np.flatnonzero(self.force_n[self.onset : end] > self.least_n)
@@ -158,12 +147,8 @@ class Contact:
 def unloaded(depth_m: NDArray, force_n: NDArray) -> NDArray:
     """Frames that are known to be unloaded, (k,): before the peak, the tip clear of the object.
 
-    Where it never is, those in which it has not moved from where it began, three at least.
-
-    Parameters
-    ----------
-    depth_m, force_n : (f,) arrays
-        Depth below the undeformed surface [m] and force along the indentation [N] of all frames.
+    Where it never is, those in which it has not moved from where it began, three at least. Of the
+    depth below the undeformed surface (f,) [m] and the force along the indentation (f,) [N].
     """
     clear = np.flatnonzero(depth_m[: int(np.argmax(force_n))] < -CLEAR_M)
     if len(clear) >= FEWEST_AT_REST:
@@ -178,15 +163,8 @@ def depth_along(
 ) -> NDArray:
     """Way of a sphere along the indentation since it first touches the surface, (f,) [m].
 
-    Parameters
-    ----------
-    surface : SmoothSurface
-        Undeformed, object frame.
-    tips_m : (f, 3) array
-        Centres of the sphere, object frame [m].
-    direction : (3,) array
-        Unit vector of the indentation, into the object.
-    radius_m : float
+    Of the undeformed surface, object frame, centres ``tips_m`` (f, 3) of the sphere in it [m], and
+    the unit vector (3,) of the indentation, into the object.
 
     Raises
     ------
@@ -203,10 +181,8 @@ def depth_along(
     # A wall beside the way lets a march come to no end.
     lost = np.flatnonzero(~(way < 3 * OUTSIDE_M) | (np.abs(gap) > UNFINISHED_M))
     if len(lost):
-        raise ValueError(
-            f"tip: expected a way along the press that meets the surface, found none in frame"
-            f" {lost[0]}"
-        )
+        expected = "expected a way along the press that meets the surface"
+        raise ValueError(f"tip: {expected}, found none in frame {lost[0]}")
     return OUTSIDE_M - way
 
 
@@ -216,20 +192,9 @@ def object_from_table(
     """Rigid motion that brings a table's first touch to that of an indentation, (4, 4).
 
     Along the surface and turned with it, as far as the surface lies on itself then, as a flat face
-    far from its edges does, and a ball all around.
-
-    Parameters
-    ----------
-    table : IndentationModel
-    surface : SmoothSurface
-        Undeformed template, object frame.
-    centre_m : (3,) array
-        Of the sphere when it first touched, object frame [m].
-
-    Returns
-    -------
-    (4, 4) array
-        The unit matrix where the surface does not allow it, and the contact is near enough.
+    far from its edges does, and a ball all around; the unit matrix where it does not, and the
+    contact is near enough. Of the undeformed template and the sphere's centre when it first
+    touched, (3,) in the object frame [m].
 
     Raises
     ------

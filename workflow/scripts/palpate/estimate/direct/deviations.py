@@ -67,17 +67,10 @@ def scales_of(indentation: DirectIndentation, line: Linearised) -> Scales:
 def sharing_of(indentation: DirectIndentation, line: Linearised, motion: float) -> float:
     """Variance of slopes by E and nu over that of independent displacements; at least 1.
 
-    What those of a patch share, whose pattern or outline is in all frames, and those
-    of a frame, as a camera's shake, less those of both (clusters in two ways: A. C. Cameron, J. B.
-    Gelbach and D. L. Miller, J. Business & Economic Statistics 29, 2011, 238). Each counts alike:
-    the few near the contact do not show it.
-
-    Parameters
-    ----------
-    indentation : DirectIndentation
-    line : Linearised
-    motion : float
-        Scatter of displacements over what was stated.
+    What those of a patch share, whose pattern or outline is in all frames, and those of a frame, as
+    a camera's shake, less those of both (clusters in two ways: A. C. Cameron, J. B. Gelbach and D.
+    L. Miller, J. Business & Economic Statistics 29, 2011, 238). Each counts alike: the few near the
+    contact do not show it. ``motion`` is the scatter of displacements over what was stated.
     """
     gaps, slope = line.motion, line.motion_slope[:, :FREE]
     frame, sample = np.nonzero(indentation.seen)
@@ -125,16 +118,9 @@ def with_depth_errors(
     """Errors of the depths: noise from frame to frame, and what depends on where the probe is.
 
     A longer hold and a faster camera have more frames, but no more of the latter (lens, target,
-    template, law): those of the same place and time err together.
-
-    Parameters
-    ----------
-    indentation : DirectIndentation
-    of : Parameters
-    options : Fit
-    likeliest : bool
-        Both as large as the residuals are most likely with, the unknowns integrated over, and at
-        least as large as stated; else as stated.
+    template, law): those of the same place and time err together. ``likeliest``: both as large as
+    the residuals are most likely with, the unknowns integrated over, and at least as large as
+    stated; else as stated.
     """
     noise = depth_noise(indentation, of)
     way, time = indentation.depth_m, indentation.time_s[indentation.frames]
@@ -208,14 +194,7 @@ def _variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:
 
 
 def error_clusters(places_m: NDArray, *, size_m: float) -> NDArray:
-    """Cell of a cubic grid that each place lies in, (n,) int.
-
-    Parameters
-    ----------
-    places_m : (n, 3) array
-    size_m : float
-        Edge of a cell [m].
-    """
+    """Cell of a cubic grid of an edge [m] that each of places (n, 3) [m] lies in, (n,) int."""
     cells = np.floor((places_m - places_m.min(axis=0)) / size_m).astype(np.int64)
     return np.unique(cells, axis=0, return_inverse=True)[1].ravel()
 
@@ -223,17 +202,8 @@ def error_clusters(places_m: NDArray, *, size_m: float) -> NDArray:
 def correlation_length(places_m: NDArray, noise: NDArray) -> float:
     """L of the correlation exp(-(distance / L)^2) that is nearest to the noise's [m].
 
-    Parameters
-    ----------
-    places_m : (c, 3) array
-        Places [m].
-    noise : (f, c) array
-        In frames, of any unit; NaN where there is none.
-
-    Returns
-    -------
-    float
-        0 where no two places are near enough.
+    Of places (c, 3) [m] and their noise in frames, (f, c) of any unit, NaN where there is none; 0
+    where no two places are near enough.
     """
     pairs = cKDTree(places_m).query_pairs(LAG_M * LAGS, output_type="ndarray")
     apart = np.linalg.norm(places_m[pairs[:, 0]] - places_m[pairs[:, 1]], axis=1)

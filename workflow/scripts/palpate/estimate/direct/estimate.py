@@ -2,42 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.estimate.direct import indentation as unknown
 from palpate.estimate.direct.budget import Budget, budget_of
 from palpate.estimate.direct.fit import Solution, fit_direct
-from palpate.estimate.direct.indentation import (
-    OWN,
-    SHARED,
-    DirectIndentation,
-    Parameters,
-    residuals,
-)
+from palpate.estimate.direct.indentation import DirectIndentation, Parameters, residuals
 from palpate.estimate.direct.options import UNSTATED, Fit, ProbeUncertainty
-from palpate.estimate.direct.quantities import (
-    NAMES,
-    Profile,
-    Quantities,
-    intervals,
-    quantities_of,
-)
-from palpate.estimate.direct.result import (
-    CaptureFit,
-    described_law,
-    nuisances,
-    regions_of,
-    summed,
-)
+from palpate.estimate.direct.quantities import NAMES, Profile, Quantities, intervals, quantities_of
+from palpate.estimate.direct.result import CaptureFit, described_law, nuisances, regions_of, summed
 from palpate.estimate.direct.warnings import contradictions, warnings_of
 from palpate.modulus import Modulus, bounded_at_best
 from palpate.solid.options import greatest_ratio
-from palpate.units import MILLIMETRES
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 START_POISSON_RATIOS = (0.1, 0.3, 0.45)
 
@@ -89,9 +67,8 @@ class DirectEstimate:
         """All that direct.json says of it."""
         best, first = self.solution, self.solution.parameters[0]
         # Least deviations of log moduli and nu, and their parts of those that are stated.
-        bound = zip(
-            NAMES, self.bound.tolist(), (self.bound / self.budget.std).tolist(), strict=True
-        )
+        parts = self.bound / self.budget.std
+        bound = zip(NAMES, self.bound.tolist(), parts.tolist(), strict=True)
         times_s, fractions = self.options.relaxation_times_s, first.fractions.tolist()
         return {
             "frames": [len(one.frames_pictured[1]) for one in best.indentations],
@@ -138,18 +115,6 @@ class DirectEstimate:
             )
         return found
 
-    def plot(self, axes: "Axes") -> None:
-        """Draw force over indentation of each capture, seen and fitted, into axes of Matplotlib."""
-        for number, one in enumerate(self.captures()):
-            order = np.argsort(one.fitted_depth_m)
-            seen = {"color": "#9A9A9A", "label": None if number else "seen"}
-            fitted = {"color": "#D55E00", "label": None if number else "fitted"}
-            axes.plot(MILLIMETRES * one.depth_m, one.force_n, ".", **seen)
-            depth = MILLIMETRES * one.fitted_depth_m
-            axes.plot(depth[order], one.force_n[order], lw=0.9, **fitted)
-        axes.set(xlabel="indentation (mm)", ylabel="force (N)")
-        axes.legend()
-
     @property
     def bound(self) -> NDArray:
         """Cramér-Rao bound of the deviations of `quantities.NAMES`, (7,).
@@ -170,14 +135,7 @@ def estimate_direct(
 ) -> DirectEstimate:
     """Estimate the moduli of an object from one or more of its captures.
 
-    Parameters
-    ----------
-    indentations : sequence of DirectIndentation
-    options : Fit
-    known : ProbeUncertainty, optional
-        What is stated of the probe's own numbers.
-    radius_m : float
-        Of the sphere.
+    ``known`` is what is stated of the probe's own numbers, and ``radius_m`` is the sphere's [m].
 
     Raises
     ------
@@ -216,4 +174,5 @@ def _start(indentation: DirectIndentation, nu: float, options: Fit) -> Parameter
     E = max(float((force @ unit) / max(float(unit @ unit), 1e-300)), 1.0)
     times_s = np.array(options.relaxation_times_s, dtype=float)
     shares = np.full(len(times_s), 0.02)
-    return Parameters(np.r_[np.log(E), nu, np.zeros(SHARED - 2), shares, np.zeros(OWN)], times_s)
+    zeros = np.zeros(unknown.SHARED - 2), np.zeros(unknown.OWN)
+    return Parameters(np.r_[np.log(E), nu, zeros[0], shares, zeros[1]], times_s)

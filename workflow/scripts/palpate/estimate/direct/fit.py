@@ -68,9 +68,8 @@ def _blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) 
         matrix[there, k, k:] = matrix[there, k:, k] = sums
     total[there] = np.add.reduceat(weighted * gaps[order], first, axis=1).T
     by = line.depth_slope
-    return Blocks(
-        Part(matrix, total), Part(by[:, :, None] * by[:, None, :], by * line.depth[:, None])
-    )
+    depth = Part(by[:, :, None] * by[:, None, :], by * line.depth[:, None])
+    return Blocks(Part(matrix, total), depth)
 
 
 @dataclass(frozen=True)
@@ -180,19 +179,10 @@ class _Joint:
 
 @dataclass(frozen=True)
 class Solution(_Joint):
-    """Least cost of captures.
+    """Least cost of captures, with the deviations that were found.
 
-    Attributes
-    ----------
-    indentations : tuple of DirectIndentation
-        With the deviations that were found.
-    options : Fit
-    vector : (size,) array
-        Unknowns: (log E, nu, q, m, gain, fractions, and what each capture has for itself).
-    scales : tuple of Scales
-        Of each capture.
-    converged : bool, optional
-        Whether the last steps were small.
+    Unknowns (size,) are (log E, nu, q, m, gain, fractions, and what each capture has for itself);
+    there are scales of each capture, and whether the last steps were small.
     """
 
     vector: NDArray
@@ -225,12 +215,7 @@ def fit_direct(
 ) -> Solution:
     """Minimise over the moduli, the law and the nuisances of all captures.
 
-    Parameters
-    ----------
-    indentations : sequence of DirectIndentation
-    options : Fit
-    *starts : Parameters
-        Where all captures start; with deviations as stated the one of least cost goes on.
+    Where all captures start: with deviations as stated the start of least cost goes on.
     """
     joint, scales = _Joint(tuple(indentations), options), (Scales(),) * len(indentations)
     vectors = []
@@ -248,14 +233,7 @@ def fit_direct(
 
 
 def held_at(best: Solution, nu: float) -> Solution:
-    """Least cost with Poisson's ratio held; deviations stay as the estimate has them.
-
-    Parameters
-    ----------
-    best : Solution
-    nu : float
-        Within its bounds.
-    """
+    """Least cost with Poisson's ratio held within its bounds; deviations stay as estimated."""
     joint = _Joint(best.indentations, best.options)
     for end in joint.bounds:  # its own arrays, which nobody else has
         end[NU] = nu

@@ -35,10 +35,9 @@ class SupportAxes:
 
     Attributes
     ----------
-    samples_m : (c, 3) array
-        Of the samples along their normals, for a unit of each motion: 1 m, and 1 rad twice.
-    tip_m : (3,) array
-        Of the contact along the indentation.
+    samples_m, tip_m : (c, 3), (3,) arrays
+        Of the samples along their normals, and of the contact along the indentation, for a unit of
+        each motion: 1 m, and 1 rad twice.
     std : (3,) array
         Deviations of the motions about 0 [m, rad, rad]; 0 where the object is bonded.
     """
@@ -57,27 +56,20 @@ class SupportAxes:
         direction: NDArray,
         options: Fit,
     ) -> "SupportAxes":
-        """Rigid motions about the base under a contact.
+        """Rigid motions about the base under the middle of a contact (3,) [m].
 
-        Parameters
-        ----------
-        cell_m, normal : (c, 3) arrays
-            Object frame [m], unit normals outward.
-        support : Support
-        contact_m, direction : (3,) arrays
-            Middle of the contact [m]; unit vector of the indentation.
-        options : Fit
+        Of samples (c, 3) in the object frame [m] with unit normals (c, 3) outward, and the unit
+        vector (3,) of the indentation.
         """
-        up = support.up
+        up, moves = support.up, float(support.resting)
         base = contact_m - ((contact_m - support.plane_point_m) @ up) * up
-        std = np.array([options.sinking_std_m, *[options.rocking_std_rad] * 2])
+        std = moves * np.array([options.sinking_std_m, *[options.rocking_std_rad] * 2])
 
         def along(place: NDArray, way: NDArray) -> NDArray:
             turns = [(np.cross(a, place - base) * way).sum(axis=-1) for a in axes_across(up)]
             return np.stack([-way @ up, *turns], axis=-1)
 
-        ends = along(cell_m, normal), along(contact_m, direction)
-        return SupportAxes(*ends, std * float(support.resting))
+        return SupportAxes(along(cell_m, normal), along(contact_m, direction), std)
 
 
 @dataclass(frozen=True)
@@ -99,8 +91,8 @@ class DirectIndentation:
         Between the tip's way in them and the indentation.
     depth_m : (k,) array
         Way of the sphere as it is compared [m].
-    tip_std_m : float
-        Standard deviation of the tip along the indentation from frame to frame [m].
+    tip_std_m, force_std_n : float
+        Deviations from frame to frame of the tip along the indentation [m], and of the force [N].
     depth_root_m : (k, k) array
         Lower triangular root of the depths' covariance that the fit divides by [m].
     offset_std_m : float
@@ -110,21 +102,15 @@ class DirectIndentation:
         the force's clock from the camera's [s].
     camera_clock_std_s : float, optional
         Of the poses' clock against the camera's [s]; 0 where they come from its pictures.
-    force_std_n : float
-        Of the force from frame to frame [N].
     place_expected_m : (2,) array
         Contact from where the table has it, along the axes across the indentation [m].
     place_std_m : float
         Of that, beside the tip's [m].
-    contact_m : (3,) array
-        Middle of the contact, object frame [m].
-    cell_m : (c, 3) array
-        Samples of the undeformed surface outside of the contact, object frame [m].
-    moved_m, noise_std_m : (k, c) arrays
-        Displacement along the normals in the compared frames, and deviation of a frame's own noise
-        [m]; NaN: not seen, or between the camera's frames.
-    moved_std_m : (k, c) array
-        Deviation that the fit divides by [m].
+    contact_m, cell_m : (3,), (c, 3) arrays
+        Middle of the contact, and samples of the undeformed surface outside, object frame [m].
+    moved_m, noise_std_m, moved_std_m : (k, c) arrays
+        Displacement along the normals in the compared frames, deviation of a frame's own noise, and
+        that which the fit divides by [m]; NaN: not seen, or between the camera's frames.
     cluster : (c,) int array
         Part of the surface; errors of different ones are independent.
     support_axes : SupportAxes
@@ -215,6 +201,11 @@ def _one(place: int, doc: str) -> property:
     return property(lambda self: float(self.vector[place]), doc=doc)
 
 
+def _own(places: slice, doc: str) -> property:
+    """Unknowns by their places among those that each capture has for itself."""
+    return property(lambda self: self.vector[-OWN:][places], doc=doc)
+
+
 @dataclass(frozen=True)
 class Parameters:
     """Unknowns of one capture.
@@ -222,8 +213,7 @@ class Parameters:
     Attributes
     ----------
     vector : (q,) array
-        (log E, nu, q, m, gain, fractions, offset, clock, shift, place, support motion, camera's
-        clock).
+        (log E, nu, q, m, gain, fractions; offset, clock, shift, place, support, camera's clock).
     times_s : (p,) array
         Times of what relaxes, which are no unknowns [s].
     """
@@ -239,6 +229,8 @@ class Parameters:
     clock_s = _one(CLOCK - OWN, "Error of the force's clock against the poses' [s].")
     camera_clock_s = _one(CAMERA_CLOCK - OWN, "Poses' clock minus camera clock [s].")
     shift_m = _one(SHIFT - OWN, "What all displacements have in common [m].")
+    place_m = _own(PLACE, "Contact beside where it was seen, along the axes across, (2,) [m].")
+    support_motion = _own(SUPPORT, "Of the object under the greatest force (`SupportAxes`), (3,).")
 
     @property
     def youngs_modulus_pa(self) -> float:
@@ -249,16 +241,6 @@ class Parameters:
     def fractions(self) -> NDArray:
         """Relaxation amplitudes (Prony series), (p,)."""
         return self.vector[SHARED:-OWN]
-
-    @property
-    def place_m(self) -> NDArray:
-        """Contact beside where it was seen, along the axes across the indentation, (2,) [m]."""
-        return self.vector[-OWN:][PLACE]
-
-    @property
-    def support_motion(self) -> NDArray:
-        """Of the object on its base under the greatest force, (3,) (`SupportAxes`)."""
-        return self.vector[-OWN:][SUPPORT]
 
 
 @dataclass(frozen=True)
@@ -298,18 +280,26 @@ def _predicted(indentation: DirectIndentation, of: Parameters) -> _Predicted:
     return _Predicted(unit, table.depth(unit, nu, of.force_law), first, motion)
 
 
-def residuals(indentation: DirectIndentation, of: Parameters) -> Residuals:
+def residuals(
+    indentation: DirectIndentation, of: Parameters, here: _Predicted | None = None
+) -> Residuals:
     """Compare a capture with what its measured force makes of the object."""
-    return Residuals(*_residuals(indentation, of, _predicted(indentation, of)))
+    here = here or _predicted(indentation, of)
+    measured = indentation.depth_m + of.offset_m + of.clock_s * indentation.speed_m_s
+    motion = here.motion.motion_m + _support_motion(indentation, of)
+    motion = (1 + of.gain) * motion + of.shift_m
+    gap = ((indentation.moved_m - motion) / indentation.moved_std_m)[indentation.seen]
+    settled = indentation.load * (indentation.support_axes.tip_m @ of.support_motion)
+    depth = here.depth.depth_m + settled - measured
+    return Residuals(solve_triangular(indentation.depth_root_m, depth, lower=True), gap)
 
 
 def linearised(indentation: DirectIndentation, of: Parameters) -> Linearised:
     """Residuals and their derivatives, in the order of `Parameters.vector`."""
     here, axes = _predicted(indentation, of), indentation.support_axes
-    time_s, force_n, speed_m_s = indentation.time_s, indentation.force_n, indentation.speed_m_s
-    by_fraction = elastic_force_derivatives(
-        time_s, force_n, fractions=of.fractions, times_s=of.times_s
-    )[indentation.frames]
+    record, speed_m_s = (indentation.time_s, indentation.force_n), indentation.speed_m_s
+    relaxing = {"fractions": of.fractions, "times_s": of.times_s}
+    by_fraction = elastic_force_derivatives(*record, **relaxing)[indentation.frames]
 
     def by_force(deeper: DepthOfForce) -> list[NDArray]:
         """Slopes of a depth that the force gives, by log E, nu, q and each fraction."""
@@ -341,11 +331,9 @@ def linearised(indentation: DirectIndentation, of: Parameters) -> Linearised:
         gain * motion.by_depth * speed_m_s[:, None],
     ]
     divided = [(-column / indentation.moved_std_m)[indentation.seen] for column in columns]
-    return Linearised(
-        *_residuals(indentation, of, here),
-        solve_triangular(indentation.depth_root_m, depth, lower=True),
-        np.stack(divided, axis=1),
-    )
+    by_depth = solve_triangular(indentation.depth_root_m, depth, lower=True)
+    gaps = residuals(indentation, of, here)
+    return Linearised(gaps.depth, gaps.motion, by_depth, np.stack(divided, axis=1))
 
 
 def depth_noise(indentation: DirectIndentation, of: Parameters) -> NDArray:
@@ -353,18 +341,6 @@ def depth_noise(indentation: DirectIndentation, of: Parameters) -> NDArray:
     softness = _predicted(indentation, of).depth.by_unit_per_m
     of_force = indentation.force_std_n / of.youngs_modulus_pa * softness
     return np.hypot(indentation.tip_std_m, of_force)
-
-
-def _residuals(
-    indentation: DirectIndentation, of: Parameters, here: _Predicted
-) -> tuple[NDArray, NDArray]:
-    measured = indentation.depth_m + of.offset_m + of.clock_s * indentation.speed_m_s
-    motion = here.motion.motion_m + _support_motion(indentation, of)
-    motion = (1 + of.gain) * motion + of.shift_m
-    gap = ((indentation.moved_m - motion) / indentation.moved_std_m)[indentation.seen]
-    settled = indentation.load * (indentation.support_axes.tip_m @ of.support_motion)
-    depth = here.depth.depth_m + settled - measured
-    return solve_triangular(indentation.depth_root_m, depth, lower=True), gap
 
 
 def _support_motion(indentation: DirectIndentation, of: Parameters) -> NDArray:

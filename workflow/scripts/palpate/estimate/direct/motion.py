@@ -84,12 +84,9 @@ class SurfaceMotion:
 def views_of(sensor: Mapping) -> NDArray:
     """From where a sensor must see a surface past the probe, camera frame, (e, 3) [m].
 
-    Parameters
-    ----------
-    sensor : mapping
-        The sensor's file: both cameras of a stereo head, else the depth camera, and with its
-        baseline the projector of structured light, which is taken to stand on its right; of clouds
-        their viewpoint.
+    Of the sensor's file: both cameras of a stereo head, else the depth camera, and with its
+    baseline the projector of structured light, which is taken to stand on its right; of clouds
+    their viewpoint.
 
     Raises
     ------
@@ -116,17 +113,8 @@ def tip_clearance(
     """How far from the probe's axis a line of sight must pass at the tip [m].
 
     A stereo window that holds a part of the tip sees the tip: `CLEAR_WINDOWS` of its widths beside
-    it. For sensors whose windows are their makers' secret the options say it.
-
-    Parameters
-    ----------
-    sensor : mapping
-        The sensor's file.
-    distance_m : float
-        Of the contact from the camera [m].
-    options : Observation
-    radius_m : float
-        Of the tip [m].
+    it. For sensors whose windows are their makers' secret the options say it. Of the sensor's file,
+    the contact's distance from the camera [m] and the radius of the tip [m].
     """
     if sensor["kind"] != "stereo":
         return options.clear_m
@@ -145,16 +133,8 @@ def rest_frames(
 ) -> NDArray:
     """Frames before the touch, (r,).
 
-    Parameters
-    ----------
-    template : Template
-    alignment : Alignment
-    tips_m, forces_n : (f, 3) arrays
-        Centre of the sphere and force on the object, camera frame [m, N].
-    radius_m : float
-        Of the sphere.
-    onset_force_n : float
-        Smallest force that counts as contact [N].
+    Of centres of the sphere and forces on the object, (f, 3) each in the camera frame [m, N], the
+    sphere's radius [m] and the smallest force that counts as contact [N].
 
     Raises
     ------
@@ -184,21 +164,10 @@ def observed_motion(
 ) -> SurfaceMotion:
     """Displacement of the surface's samples in each frame, against the frames at rest.
 
-    Parameters
-    ----------
-    template : Template
-        Undeformed, object frame.
-    alignment : Alignment
-    clouds : sequence of (points (n, 3) [m], normals (n, 3))
-        One for each frame, camera frame.
-    probe : (tips (f, 3) [m], axes (f, 3))
-        Centre of the sphere and indentation direction, camera frame.
-    rest : (r,) int array
-    sensor : mapping
-        The sensor's file.
-    options : Observation
-    radius_m : float
-        Of the sphere.
+    Of the undeformed template, object frame; clouds, a pair of points (n, 3) [m] and normals (n, 3)
+    for each frame; the probe's tips (f, 3) [m], centres of the sphere, and indentation directions
+    (f, 3), all in the camera frame; the frames at rest (r,) int; the sensor's file; and the
+    sphere's radius [m].
 
     Raises
     ------

@@ -118,17 +118,16 @@ class ProbeUncertainty:
     @staticmethod
     def of(probe: Mapping, base: Mapping | None = None) -> "ProbeUncertainty":
         """Read a probe's file and the base of a sensor's, with what calibrations determined."""
-
-        def origin(said: str | None) -> str:
-            """Of a part, as `palpate.vision.calibrated_probe` leaves it."""
-            return CALIBRATED if said == CALIBRATED else STATED
-
         rows = probe.get("tip_covariance_m2")
+        # As `palpate.vision.calibrated_probe` leaves them.
+        tip, compliance = (
+            CALIBRATED if probe.get(part) == CALIBRATED else STATED for part in ("tip", "stiffness")
+        )
         return ProbeUncertainty(
             tip_covariance_m2=None if rows is None else np.array(rows, dtype=float),
             compliance_std_m_n=probe.get("compliance_std_m_n"),
-            tip=origin(probe.get("tip")),
-            compliance=origin(probe.get("stiffness")),
+            tip=tip,
+            compliance=compliance,
             base=base,
         )
 

@@ -10,21 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from palpate.estimate.direct.indentation import (
-    CAMERA_CLOCK,
-    CLOCK,
-    FORCE_LAW,
-    GAIN,
-    MOTION_LAW,
-    NU,
-    OFFSET,
-    OWN,
-    PLACE,
-    SHARED,
-    SHIFT,
-    SUPPORT,
-    DirectIndentation,
-)
+from palpate.estimate.direct import indentation as unknown
+from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.options import Fit
 
 # Unknowns without a prior: log E and nu.
@@ -100,11 +87,11 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     shortest takes up what else is wrong.
     """
     terms, count = len(options.relaxation_times_s), len(indentations)
-    size = SHARED + terms + OWN * count
+    size = unknown.SHARED + terms + unknown.OWN * count
     mean, unit = np.zeros(size), np.eye(size)
-    own = SHARED + terms + OWN * np.arange(count)[:, None] + np.arange(OWN)
-    mean[own[:, CLOCK]] = [one.clock_expected_s for one in indentations]
-    mean[own[:, PLACE]] = [one.place_expected_m for one in indentations]
+    own = unknown.SHARED + terms + unknown.OWN * np.arange(count)[:, None] + np.arange(unknown.OWN)
+    mean[own[:, unknown.CLOCK]] = [one.clock_expected_s for one in indentations]
+    mean[own[:, unknown.PLACE]] = [one.place_expected_m for one in indentations]
 
     def each(places: NDArray, stds: Sequence[float]) -> NDArray:
         """Errors of one unknown each."""
@@ -124,29 +111,29 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     def shared(name: str) -> NDArray:
         """What errors of a source move of all captures; nothing of those that lack it."""
         none = np.zeros_like(next(each[name] for each in roots if name in each))
-        places = [OFFSET, *range(*PLACE.indices(OWN))]
+        places = [unknown.OFFSET, *range(*unknown.PLACE.indices(unknown.OWN))]
         return of_all(places, [each.get(name, none) for each in roots])
 
     roots = [one.shared_roots_m for one in indentations]
     names = "offset_std_m", "clock_std_s", "camera_clock_std_s", "place_std_m"
     offsets, clocks, cameras, away = ([getattr(one, k) for one in indentations] for k in names)
     moving = [np.diag(one.support_axes.std) for one in indentations]
-    fractions = SHARED + np.arange(terms)
+    fractions = unknown.SHARED + np.arange(terms)
     # Stated are force and poses against the camera: what the poses are off by moves both unknowns.
-    of_poses = sum(of_captures([place], cameras) for place in (CLOCK, CAMERA_CLOCK))
+    of_poses = sum(of_captures([place], cameras) for place in (unknown.CLOCK, unknown.CAMERA_CLOCK))
     known = [
-        ("law of the force", "1", each([FORCE_LAW], [options.force_law_std])),
-        ("law of the motion", "1", each([MOTION_LAW], [options.motion_law_std])),
-        ("scale of the camera", "1", each([GAIN], [options.gain_std])),
+        ("law of the force", "1", each([unknown.FORCE_LAW], [options.force_law_std])),
+        ("law of the motion", "1", each([unknown.MOTION_LAW], [options.motion_law_std])),
+        ("scale of the camera", "1", each([unknown.GAIN], [options.gain_std])),
         ("relaxing shares", "1", each(fractions, [options.fraction_std] * terms)),
         *((name, "m", shared(name)) for name in dict.fromkeys(chain(*roots))),
-        ("zero of the depth", "m", of_captures([OFFSET], offsets)),
-        ("clocks", "s", of_captures([CLOCK], clocks)),
+        ("zero of the depth", "m", of_captures([unknown.OFFSET], offsets)),
+        ("clocks", "s", of_captures([unknown.CLOCK], clocks)),
         ("clock of the camera", "s", of_poses),
-        ("zero of the motion", "m", of_captures([SHIFT], [options.shift_std_m] * count)),
-        ("place of the contact", "m", of_captures(PLACE, away)),
-        ("sinking", "m", of_all(SUPPORT, [one[:, :1] for one in moving])),
-        ("rocking", "rad", of_all(SUPPORT, [one[:, 1:] for one in moving])),
+        ("zero of the motion", "m", of_captures([unknown.SHIFT], [options.shift_std_m] * count)),
+        ("place of the contact", "m", of_captures(unknown.PLACE, away)),
+        ("sinking", "m", of_all(unknown.SUPPORT, [one[:, :1] for one in moving])),
+        ("rocking", "rad", of_all(unknown.SUPPORT, [one[:, 1:] for one in moving])),
     ]
     covariance = sum(root @ root.T for *_, root in known)[FREE:, FREE:]
     stds = np.sqrt(np.maximum(np.diag(covariance), UNMOVED**2))
@@ -168,4 +155,4 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     if options.poisson_ratio is None:
         return prior
     ratio, std = options.poisson_ratio, options.poisson_ratio_std
-    return prior.and_known(RATIO, std, unit[[NU]] / std, np.array([ratio / std]))
+    return prior.and_known(RATIO, std, unit[[unknown.NU]] / std, np.array([ratio / std]))

@@ -10,21 +10,11 @@ from numpy.typing import NDArray
 
 from palpate.capture.tables import columns_of
 from palpate.config.sensor import said_of_base
-from palpate.estimate.direct.contact import (
-    Contact,
-    depth_along,
-    object_from_table,
-)
+from palpate.estimate.direct import options as known_of
+from palpate.estimate.direct.contact import Contact, depth_along, object_from_table
 from palpate.estimate.direct.indentation import DirectIndentation, SupportAxes, zero_std
 from palpate.estimate.direct.motion import SurfaceMotion
-from palpate.estimate.direct.options import (
-    BASE_SOURCE,
-    TIP_PART,
-    TIP_SOURCE,
-    UNSTATED,
-    Fit,
-    ProbeUncertainty,
-)
+from palpate.estimate.direct.options import Fit, ProbeUncertainty
 from palpate.estimate.direct.table import axes_across, sample_table
 from palpate.estimate.hertz.indentation import noise_of
 from palpate.solid.indentation_table import IndentationModel
@@ -40,6 +30,8 @@ from palpate.vision.probe import ALONG_STD, TIP, from_pictures, marker_transform
 
 # A force sensor's noise is not less [N].
 LEAST_NOISE_N = 1e-4
+# What is compared as the record has it.
+OF_RECORD = ("time_s", "tip_std_m", "clock_std_s", "camera_clock_std_s", "pictured")
 
 
 @dataclass(frozen=True)
@@ -77,17 +69,13 @@ class ProbeRecord:
     clock_offset_s: float
     clock_std_s: float
     turns: NDArray
-    uncertainty: ProbeUncertainty = UNSTATED
+    uncertainty: ProbeUncertainty = known_of.UNSTATED
     camera_clock_std_s: float = 0.0
     pictured: NDArray | EllipsisType = ...
 
     @staticmethod
     def of(
-        path: pd.DataFrame,
-        probe: Mapping,
-        sensor: Mapping,
-        *,
-        clock_offset_s: float,
+        path: pd.DataFrame, probe: Mapping, sensor: Mapping, *, clock_offset_s: float
     ) -> "ProbeRecord":
         """What path.csv and clock.json say, with the probe's file and the sensor's."""
         base = None if from_pictures(path) else sensor["base"]
@@ -108,9 +96,9 @@ class ProbeRecord:
     def shared_roots_m(self, row: int, place_std_m: float) -> dict[str, NDArray]:
         """Errors of the tip at a time that captures share, camera frame, (3, e) [m] by source."""
         known = self.uncertainty
-        roots = {TIP_SOURCE: self.turns[row] @ known.tip_root_m(place_std_m)}
+        roots = {known_of.TIP_SOURCE: self.turns[row] @ known.tip_root_m(place_std_m)}
         if known.base is not None:
-            roots[BASE_SOURCE] = known.base_root_m(self.tips_m[row])
+            roots[known_of.BASE_SOURCE] = known.base_root_m(self.tips_m[row])
         return roots
 
 
@@ -125,17 +113,8 @@ def direct_indentation(
 ) -> DirectIndentation:
     """Collect what the direct estimate compares of one capture.
 
-    Parameters
-    ----------
-    record : ProbeRecord
-    motion : SurfaceMotion
-    alignment : Alignment
-    template : SmoothSurface
-        Undeformed surface, object frame.
-    table : IndentationModel
-        Of the indented point.
-    support : Support
-    options : Fit
+    The template is the undeformed surface in the object frame, the table that of the indented
+    point.
 
     Raises
     ------
@@ -202,22 +181,19 @@ def direct_indentation(
     way = np.diff(tips[[contact.onset - 1, np.argmax(contact.depth_m)]], axis=0)[0]
     given = {"support": support, "contact_m": middle, "direction": direction, "options": options}
     return DirectIndentation(
-        time_s=record.time_s,
+        **{name: getattr(record, name) for name in OF_RECORD},
         force_n=contact.force_n,
         tip_depth_m=contact.depth_m,
         frames=frames,
         frames_beyond=int(np.isin(np.setdiff1d(loaded, frames), pictured).sum()),
         oblique_rad=float(np.arctan2(np.linalg.norm(np.cross(way, direction)), way @ direction)),
         depth_m=contact.depth_m[frames],
-        tip_std_m=record.tip_std_m,
         depth_root_m=record.tip_std_m * np.eye(len(frames)),
         offset_std_m=offset_std_m,
         clock_expected_s=record.clock_offset_s,
-        clock_std_s=record.clock_std_s,
-        camera_clock_std_s=record.camera_clock_std_s,
         force_std_n=max(noise_of(contact.force_n[: max(contact.onset - 1, 2)]), LEAST_NOISE_N),
         place_expected_m=across @ beside_m,
-        place_std_m=np.sqrt(1 - TIP_PART) * options.place_std_m,
+        place_std_m=np.sqrt(1 - known_of.TIP_PART) * options.place_std_m,
         contact_m=middle,
         cell_m=cell,
         moved_m=moved,
@@ -228,7 +204,6 @@ def direct_indentation(
         support_axes=SupportAxes.of(cell, normal, **given),
         table=sample_table(table, to_object(place, cell), normal @ place[:3, :3]),
         shared_roots_m=roots,
-        pictured=record.pictured,
     )
 
 

@@ -14,23 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 from scipy.special import ndtri, stdtrit
 
+from palpate import modulus
 from palpate.estimate.direct.fit import Solution, held_at
 from palpate.estimate.direct.indentation import FORCE_LAW, LOG_E, NU, SHARED
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.warnings import FAR_ZERO, at_end, farthest_zero
 from palpate.estimate.relaxation import relaxed_share
-from palpate.modulus import (
-    ASSUMED,
-    AT_BOUND,
-    BOUNDED,
-    CONFIDENCE,
-    LABELS,
-    NOT_IDENTIFIED,
-    NOT_JUDGED,
-    Modulus,
-    bounded_at_best,
-    verdict_of_nu,
-)
+from palpate.modulus import Modulus
 
 if TYPE_CHECKING:
     from palpate.estimate.direct.budget import Budget
@@ -38,15 +28,12 @@ if TYPE_CHECKING:
 ONE_SECOND_S = 1.0
 # Depth of the effective modulus where no other is asked for, as part of the maximum depth.
 EFFECTIVE_PART = 0.7
-# Mean strain of a contact over its radius divided by the sphere's (D. Tabor, The hardness of
-# metals, 1951).
-TABOR = 0.2
 # An indentation that leaves more of the deviation that was known beforehand says nothing of nu.
 TOLD_PART = 0.8
 NU_STEPS = 201
 SHEAR, BULK = "shear_modulus_pa", "bulk_modulus_pa"
-NAMES = (*LABELS, SHEAR, BULK)
-EFFECTIVE, E, E_1S, POISSON, STAR = range(len(LABELS))
+NAMES = (*modulus.LABELS, SHEAR, BULK)
+EFFECTIVE, E, E_1S, POISSON, STAR = range(len(modulus.LABELS))
 LOG_MODULI = np.array([name.endswith("_pa") for name in NAMES])
 
 
@@ -61,31 +48,22 @@ class Quantities:
         Derivatives by `Solution.vector`.
     depth_m : float
         Of the effective modulus [m].
-    depth_radii : float
-        The depth over the sphere's radius.
-    strain : float
-        Mean strain under the sphere there.
+    radius_m : float
+        Of the sphere.
     """
 
     values: NDArray
     slopes: NDArray
     depth_m: float
-    depth_radii: float
-    strain: float
+    radius_m: float
 
 
 def quantities_of(
     best: Solution, *, radius_m: float, effective_depth_m: float | None = None
 ) -> Quantities:
-    """Moduli of an estimate and their slopes.
+    """Moduli of an estimate and their slopes, of a sphere's radius [m].
 
-    Parameters
-    ----------
-    best : Solution
-    radius_m : float
-        Of the sphere.
-    effective_depth_m : float, optional
-        In place of the options' [m].
+    ``effective_depth_m`` stands in place of the options' [m].
     """
     vector, times = best.vector, best.parameters[0].times_s
     log_E, nu, q = vector[[LOG_E, NU, FORCE_LAW]]
@@ -107,8 +85,7 @@ def quantities_of(
     harder, by_nu = np.mean(each, axis=0)[:, 0]
     values[EFFECTIVE] += q * harder
     slopes[EFFECTIVE] += harder * unit[FORCE_LAW] + q * by_nu * unit[NU]
-    strain = float(TABOR * np.sqrt(depth / radius_m))
-    return Quantities(values, slopes, depth, depth / radius_m, strain)
+    return Quantities(values, slopes, depth, radius_m)
 
 
 def over_star(nu: ArrayLike) -> NDArray:
@@ -151,24 +128,12 @@ class Profile:
 
     @staticmethod
     def of(best: Solution, quantities: Quantities, budget: "Budget") -> "Profile":
-        """Fit again at some Poisson's ratios, and interpolate.
-
-        Parameters
-        ----------
-        best : Solution
-        quantities : Quantities
-            Of the estimate.
-        budget : Budget
-
-        Returns
-        -------
-        Profile
-        """
+        """Fit again at some Poisson's ratios about an estimate's, and interpolate."""
         nu = float(quantities.values[POISSON])
-        half = stdtrit(budget.freedom.min(), (1 + CONFIDENCE) / 2) * best.std[NU]
+        half = stdtrit(budget.freedom.min(), (1 + modulus.CONFIDENCE) / 2) * best.std[NU]
         ends = _ends(best, nu - half, nu + half)
         # No steps too short to tell fits apart; where one side has none the other has all.
-        long = [end for end in ends if abs(end - nu) > AT_BOUND]
+        long = [end for end in ends if abs(end - nu) > modulus.AT_BOUND]
         parts = np.linspace(0, 1, 5 if len(long) == 1 else 3)[1:]
         nodes = np.sort([nu, *(nu + part * (end - nu) for end in long for part in parts)])
         held = [best if node == nu else held_at(best, node) for node in nodes]
@@ -203,17 +168,10 @@ def intervals(
     Poisson's ratio ends at the range's bounds. Moduli have the intervals of the profile likelihood
     along it. G and K follow the stated interval of nu, have no verdict where nu has none, and K has
     no upper end where nu reaches the range's.
-
-    Parameters
-    ----------
-    best : Solution
-    quantities : Quantities
-    budget : Budget
-    profile : Profile
     """
     options, values = best.options, quantities.values
     bounds, nu = options.poisson_ratio_bounds, float(values[POISSON])
-    quantile = stdtrit(budget.freedom, (1 + CONFIDENCE) / 2)
+    quantile = stdtrit(budget.freedom, (1 + modulus.CONFIDENCE) / 2)
     moved = quantities.slopes @ best.covariance @ quantities.slopes[POISSON]
     few, half = _few_frames(best), quantile[POISSON] * budget.std[POISSON]
     # What the fit contradicts is no better for its interval.
@@ -221,14 +179,14 @@ def intervals(
     contradicted = not converged or farthest_zero(best)[1] > FAR_ZERO
     nu_std, ends = np.sqrt(moved[POISSON]), _ends(best, nu - half, nu + half)
     ratio = _ratio(nu, ends, nu_std, contradicted, options)
-    half = (ratio.high - ratio.low) / 2 if ratio.verdict == ASSUMED else half
+    half = (ratio.high - ratio.low) / 2 if ratio.verdict == modulus.ASSUMED else half
     slope, star_variance = _star_by_nu(budget.std, nu)
     found = {}
     for k, name in enumerate(NAMES):
         if k == POISSON:
             found[name] = ratio
             continue
-        if k < len(LABELS):
+        if k < len(modulus.LABELS):
             ratios = np.append(np.linspace(*profile.ends, NU_STEPS), nu)
             each, rise, wider = profile.at(ratios)
             # The budget holds the covariance: what is left of it does not go with nu.
@@ -247,12 +205,12 @@ def intervals(
         low, high = (logs - reach)[inside].min(), (logs + reach)[inside].max()
         found[name] = Modulus.of_pascals(*map(float, np.exp([values[k], low, high])))
         if contradicted:
-            found[name] = replace(found[name], verdict=NOT_JUDGED)
-    if ratio.high >= bounds[1] - AT_BOUND:
-        found[BULK] = replace(found[BULK], high=None, verdict=BOUNDED)
-    if ratio.verdict in (NOT_IDENTIFIED, NOT_JUDGED):
+            found[name] = replace(found[name], verdict=modulus.NOT_JUDGED)
+    if ratio.high >= bounds[1] - modulus.AT_BOUND:
+        found[BULK] = replace(found[BULK], high=None, verdict=modulus.BOUNDED)
+    if ratio.verdict in (modulus.NOT_IDENTIFIED, modulus.NOT_JUDGED):
         found |= {name: replace(found[name], verdict=ratio.verdict) for name in (SHEAR, BULK)}
-    return bounded_at_best(found) if few or at_end(best) else found
+    return modulus.bounded_at_best(found) if few or at_end(best) else found
 
 
 def _few_frames(best: Solution) -> bool:
@@ -284,8 +242,8 @@ def _star_by_nu(std: NDArray, nu: float) -> tuple[float, float]:
 def _ratio(nu: float, ends: NDArray, std: float, contradicted: bool, options: Fit) -> Modulus:
     """Poisson's ratio with its interval's ends: what was known of it where little is added."""
     bounds, known_std = options.poisson_ratio_bounds, options.poisson_ratio_std
-    verdict = verdict_of_nu(*ends, bounds)
+    verdict = modulus.verdict_of_nu(*ends, bounds)
     if options.poisson_ratio is not None and std > TOLD_PART * known_std:
-        half = float(ndtri((1 + CONFIDENCE) / 2)) * known_std * np.array([-1.0, 1.0])
-        ends, verdict = np.clip(options.poisson_ratio + half, *bounds), ASSUMED
-    return Modulus(nu, *map(float, ends), NOT_JUDGED if contradicted else verdict, "1")
+        half = float(ndtri((1 + modulus.CONFIDENCE) / 2)) * known_std * np.array([-1.0, 1.0])
+        ends, verdict = np.clip(options.poisson_ratio + half, *bounds), modulus.ASSUMED
+    return Modulus(nu, *map(float, ends), modulus.NOT_JUDGED if contradicted else verdict, "1")

@@ -7,16 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.estimate.direct import indentation as unknown
 from palpate.estimate.direct.deviations import Scales
 from palpate.estimate.direct.fit import Solution
-from palpate.estimate.direct.indentation import (
-    CAMERA_CLOCK,
-    CLOCK,
-    FORCE_LAW,
-    MOTION_LAW,
-    OWN,
-    DirectIndentation,
-)
+from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.prior import FREE
 from palpate.estimate.direct.quantities import ONE_SECOND_S, Quantities
 from palpate.npz import read_arrays, write_npz
@@ -24,6 +18,9 @@ from palpate.npz import read_arrays, write_npz
 # By what of the captures is taken.
 REGIONS = {"force": ("depth",), "surface": ("motion",), "both": ("depth", "motion")}
 CAPTURES = "captures"
+# Mean strain of a contact over its radius divided by the sphere's (D. Tabor, The hardness of
+# metals, 1951).
+TABOR = 0.2
 
 
 @dataclass(frozen=True)
@@ -90,25 +87,22 @@ def load_fitted(path: str | Path) -> dict[str, CaptureFit]:
     """
     captures = read_arrays(path, [CAPTURES])[CAPTURES].tolist()
     arrays = read_arrays(path, [f"{capture}/{name}" for capture in captures for name in FITTED])
-    return {
-        capture: CaptureFit(**{name: arrays[f"{capture}/{name}"] for name in FITTED})
-        for capture in captures
-    }
+    return {one: CaptureFit(*(arrays[f"{one}/{name}"] for name in FITTED)) for one in captures}
 
 
 def described_law(best: Solution, known: Quantities) -> dict:
     """Material-law parameters of force and displacement, and what the effective modulus is of."""
-    first, std = best.parameters[0], best.std
+    first, std, radii = best.parameters[0], best.std, known.depth_m / known.radius_m
     return {
         "law": {
-            "force": {"value": first.force_law, "std": float(std[FORCE_LAW])},
-            "motion": {"value": first.motion_law, "std": float(std[MOTION_LAW])},
+            "force": {"value": first.force_law, "std": float(std[unknown.FORCE_LAW])},
+            "motion": {"value": first.motion_law, "std": float(std[unknown.MOTION_LAW])},
         },
         "effective": {
             "depth_m": known.depth_m,
             "after_s": ONE_SECOND_S,
-            "depth_over_radius": known.depth_radii,
-            "strain": known.strain,
+            "depth_over_radius": radii,
+            "strain": float(TABOR * np.sqrt(radii)),
         },
     }
 
@@ -130,7 +124,7 @@ def nuisances(best: Solution, number: int) -> dict:
         "rocked_rad": rocked,
     }
     if indentation.camera_clock_std_s > 0:
-        clock, camera = best.places[number][-OWN:][[CLOCK, CAMERA_CLOCK]]
+        clock, camera = best.places[number][-unknown.OWN :][[unknown.CLOCK, unknown.CAMERA_CLOCK]]
         std, camera_std = best.std[[clock, camera]].tolist()
         found |= {
             # Of the force minus the poses, of the poses minus the camera.
@@ -168,11 +162,12 @@ def regions_of(best: Solution) -> dict[str, NDArray]:
     without errors of rig, of table and of captures apart. What is not determined of a direction has
     none, where a covariance would have no end.
     """
-    return {name: _free(best.summed(best.blocks, kinds).matrix) for name, kinds in REGIONS.items()}
-
-
-def _free(whole: NDArray) -> NDArray:
-    free, cross, rest = whole[:FREE, :FREE], whole[:FREE, FREE:], whole[FREE:, FREE:]
-    scale = 1 / np.sqrt(np.diag(rest))
-    scaled = rest * scale * scale[:, None]
-    return free - (cross * scale) @ np.linalg.solve(scaled, (cross * scale).T)
+    found = {}
+    for name, kinds in REGIONS.items():
+        whole = best.summed(best.blocks, kinds).matrix
+        cross, rest = whole[:FREE, FREE:], whole[FREE:, FREE:]
+        scale = 1 / np.sqrt(np.diag(rest))
+        scaled = rest * scale * scale[:, None]
+        taken = (cross * scale) @ np.linalg.solve(scaled, (cross * scale).T)
+        found[name] = whole[:FREE, :FREE] - taken
+    return found

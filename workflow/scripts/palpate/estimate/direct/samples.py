@@ -76,12 +76,8 @@ class RestSurface:
     def at_rest(self, points_m: NDArray, normals: NDArray, options: Observation) -> ClosestAtRest:
         """Closest places of the points that belong to the surface.
 
-        Parameters
-        ----------
-        points_m, normals : (n, 3) arrays
-            Object frame [m]. Farther away than `largest_distance_m`, or turned more against the
-            surface than `largest_normal_deg`, they are left out.
-        options : Observation
+        Of points and normals (n, 3), object frame [m]: farther away than `largest_distance_m`, or
+        turned more against the surface than `largest_normal_deg`, they are left out.
         """
         place, triangle, weights = self.closest(points_m)
         normal = np.einsum("nk,nka->na", weights, self.corner_normal[triangle])
@@ -97,16 +93,9 @@ class RestSurface:
 def samples_of(closest: Sequence[ClosestAtRest], centre_m: NDArray, *, spacing_m: float) -> Samples:
     """Samples where points were seen, at the means of their closest places.
 
-    Seeds are taken from the first frame, the nearest to a centre (3,) [m] first, each at least a
-    spacing from the others; every place of all frames belongs to the nearest of them.
-
-    Parameters
-    ----------
-    closest : sequence of ClosestAtRest
-        Of frames.
-    centre_m : (3,) array
-        Object frame [m].
-    spacing_m : float
+    Seeds are taken from the first frame, the nearest to a centre (3,) in the object frame [m]
+    first, each at least a spacing [m] from the others; every place of all frames belongs to the
+    nearest of them.
     """
     seeds = _seeds(closest[0], centre_m, spacing_m)
     each = zip(*(vars(one).values() for one in closest), strict=True)

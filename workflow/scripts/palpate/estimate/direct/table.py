@@ -108,12 +108,7 @@ class SampleTable:
     def depth(self, force_per_modulus_m2: NDArray, nu: float, law: float) -> DepthOfForce:
         """Depth at which the object returns a force; linear in F^(2/3) beyond the table.
 
-        Parameters
-        ----------
-        force_per_modulus_m2 : (n,) array
-            Elastic force over Young's modulus, above 0.
-        nu, law : float
-            Poisson's ratio, and q.
+        Of elastic forces over Young's modulus (n,) [m^2], above 0, Poisson's ratio, and q.
         """
         force = np.maximum(force_per_modulus_m2, LEAST_FORCE * self.force_per_modulus_m2.max())
         wanted = force**FORCE_POWER
@@ -139,14 +134,8 @@ class SampleTable:
     def motion(self, depth_m: NDArray, nu: float, law: float, place_m: NDArray) -> MotionAtDepth:
         """Displacement of each sample at depths; linear beyond the table.
 
-        Parameters
-        ----------
-        depth_m : (n,) array
-            That the first law has under the forces [m].
-        nu, law : float
-            Poisson's ratio, and m.
-        place_m : (2,) array
-            Of the contact along the axes across [m].
+        Of depths (n,) that the first law has under the forces [m], Poisson's ratio, m, and the
+        contact's place (2,) along the axes across [m].
         """
         depth = np.clip(depth_m, 0, self.depth_m[-1])
         beyond = np.maximum(depth_m - depth, 0)[:, None]
@@ -191,13 +180,8 @@ def sample_table(table: IndentationModel, cell_m: NDArray, normal: NDArray) -> S
     """Take force, and displacement of samples, from an indentation table.
 
     A sample's displacement is where its normal meets the deformed surface: the material point that
-    comes to lie there is sought on the undeformed one.
-
-    Parameters
-    ----------
-    table : IndentationModel
-    cell_m, normal : (c, 3) arrays
-        Places on the undeformed surface, table's frame [m], and outward unit normals.
+    comes to lie there is sought on the undeformed one. Samples are places on the undeformed surface
+    (c, 3), table's frame [m], with outward unit normals (c, 3).
 
     Raises
     ------

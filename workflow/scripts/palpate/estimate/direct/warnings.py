@@ -36,17 +36,17 @@ NEAR_M, LOADED, FAR_RESIDUALS = 0.045, 0.7, 3.0
 
 def warnings_of(best: Solution) -> Iterator[str]:
     """Say what a reader of an estimate has to know beside its intervals, one line each."""
-    options = best.options
-    if not best.converged:
-        yield "the fit did not converge"
-    if at_end(best):
-        low, high = options.youngs_modulus_bounds_pa
-        yield f"E lies at an end of its range, {low:g} to {high:g} Pa"
-    given, nu = options.poisson_ratio, best.parameters[0].poisson_ratio
-    if given is not None and abs(nu - given) > FAR_DEVIATIONS * options.poisson_ratio_std:
-        apart = abs(nu - given) / options.poisson_ratio_std
-        yield f"the captures pull nu to {nu:.3f}, {apart:.1f} deviations from the one given"
-    yield from _of_captures(best)
+    options, nu = best.options, best.parameters[0].poisson_ratio
+    (low, high), given = options.youngs_modulus_bounds_pa, options.poisson_ratio
+    apart = 0.0 if given is None else abs(nu - given) / options.poisson_ratio_std
+    pulled = f"the captures pull nu to {nu:.3f}, {apart:.1f} deviations from the one given"
+    told = [
+        (not best.converged, "the fit did not converge"),
+        (at_end(best), f"E lies at an end of its range, {low:g} to {high:g} Pa"),
+        (apart > FAR_DEVIATIONS, pulled),
+        *_of_captures(best),
+    ]
+    yield from (line for holds, line in told if holds)
     yield from contradictions(best)
 
 
@@ -106,43 +106,35 @@ def farthest_zero(best: Solution) -> tuple[float, float]:
     return max(apart, key=lambda pair: pair[1])
 
 
-def _of_captures(best: Solution) -> Iterator[str]:
-    beyond = [one.frames_beyond for one in best.indentations]
-    if any(beyond):
-        deepest = 1e3 * float(best.indentations[int(np.argmax(beyond))].table.depth_m[-1])
-        frames = sum(len(one.frames_pictured[1]) for one in best.indentations)
-        yield (
-            f"{sum(beyond)} of {frames + sum(beyond)} frames are deeper than the table's"
-            f" {deepest:.1f} mm and were left out (deepest_m)"
-        )
-    depths = max(float(np.median(one.depth_std_m)) / one.tip_std_m for one in best.indentations)
-    if depths > RESTLESS:
-        yield f"depths scatter by {depths:.0f} times what the probe's poses explain"
-    offset_m, apart = farthest_zero(best)
-    if apart > FAR_ZERO:
-        side = "below" if offset_m < 0 else "above"
-        yield (
-            f"the force begins {1e3 * abs(offset_m):.1f} mm {side} the surface,"
-            f" {apart:.1f} deviations off (radius_m and transforms of the probe, template, clocks?)"
-        )
-    angles = np.rad2deg([one.oblique_rad for one in best.indentations])
-    if angles.max() > OBLIQUE_DEG:
-        ends = " to ".join(f"{angle:.0f}" for angle in sorted({angles.min(), angles.max()}))
-        yield f"the tip went {ends} degrees beside the declared direction of the press"
+def _of_captures(best: Solution) -> list[tuple[bool, str]]:
+    """What may hold of captures, and what is said if it does."""
+    captures = best.indentations
+    beyond = [one.frames_beyond for one in captures]
+    frames = sum(beyond) + sum(len(one.frames_pictured[1]) for one in captures)
+    deepest_mm = 1e3 * float(captures[int(np.argmax(beyond))].table.depth_m[-1])
+    depths = max(float(np.median(one.depth_std_m)) / one.tip_std_m for one in captures)
+    (offset_m, apart), angles = farthest_zero(best), np.rad2deg([o.oblique_rad for o in captures])
+    begins = f"{1e3 * abs(offset_m):.1f} mm {'below' if offset_m < 0 else 'above'} the surface"
+    ends = " to ".join(f"{angle:.0f}" for angle in sorted({angles.min(), angles.max()}))
+    deep = f"{sum(beyond)} of {frames} frames are deeper than the table's {deepest_mm:.1f} mm"
+    causes = "radius_m and transforms of the probe, template, clocks?"
+    return [
+        (any(beyond), f"{deep} and were left out (deepest_m)"),
+        (depths > RESTLESS, f"depths scatter by {depths:.0f} times what the probe's poses explain"),
+        (apart > FAR_ZERO, f"the force begins {begins}, {apart:.1f} deviations off ({causes})"),
+        (
+            angles.max() > OBLIQUE_DEG,
+            f"the tip went {ends} degrees beside the declared direction of the press",
+        ),
+    ]
 
 
 @dataclass(frozen=True)
 class Estimated:
-    """One estimate of an object.
+    """One estimate of an object: whose, like "all captures by the Kinect", and its moduli.
 
-    Attributes
-    ----------
-    whose : str
-        What it is of, like "all captures by the Kinect".
-    moduli : mapping
-        By the names of `LABELS`, and others.
-    joint : bool
-        Whether it is of all captures with a sensor, and recommended.
+    These are by the names of `LABELS`, and others. Joint: of all captures with a sensor, and
+    recommended.
     """
 
     whose: str
@@ -156,16 +148,6 @@ def exclusions(estimates: Sequence[Estimated]) -> list[list[str]]:
     Of single captures one in twenty may miss by chance: each that a joint estimate excludes has a
     warning, and the joint estimate has one where there are more of them than chance explains
     (binomial, by the intervals' own confidence, as if one modulus were compared).
-
-    Parameters
-    ----------
-    estimates : sequence of Estimated
-        Of one object.
-
-    Returns
-    -------
-    list of list of str
-        One for each estimate.
     """
     found: list[list[str]] = [[] for _ in estimates]
     joints = [k for k, one in enumerate(estimates) if one.joint]

@@ -7,22 +7,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.estimate.hertz import laws
 from palpate.estimate.hertz.fit import RESIDUALS
-from palpate.estimate.hertz.laws import (
-    INDENTERS,
-    LARGEST_CHI,
-    LAYERS,
-    Law,
-    check_ratio,
-    cone_force,
-    contact_law,
-    flat_force,
-    pyramid_force,
-)
 from palpate.units import readable
 
 FLAT = "flat"
-SHARP = {"cone": cone_force, "pyramid": pyramid_force}
+SHARP = {"cone": laws.cone_force, "pyramid": laws.pyramid_force}
 # What an indenter that is no sphere is called; the spheres' layers and curved objects are not its.
 OTHERS = {"cone": "cone", "pyramid": "pyramid", FLAT: "flat punch"}
 # An approach determines the baseline if it is so long beside the indentation, has so many samples,
@@ -60,19 +50,20 @@ class Setup:
 
     def __post_init__(self) -> None:
         """Reject what does not go together."""
-        check_ratio(self.poisson_ratio, "poisson_ratio")
-        known = {"indenter": (*INDENTERS, *OTHERS), "residual": tuple(RESIDUALS), "base": LAYERS}
+        laws.check_ratio(self.poisson_ratio, "poisson_ratio")
+        known = {"indenter": (*laws.INDENTERS, *OTHERS), "residual": RESIDUALS, "base": laws.LAYERS}
         for name, names in known.items():
             found = getattr(self, name)
             if found not in names and (found is not None or name != "indenter"):
                 raise ValueError(f"{name}: expected one of {', '.join(names)}, found {found}")
         contact = np.array((0.0, 1.0) if self.contact_m is None else self.contact_m, dtype=float)
         if contact.shape != (2,) or not np.isfinite(contact).all() or not contact[1] > 0:
-            expected = "expected a depth and a deviation above 0"
-            raise ValueError(f"contact_m: {expected}, found {self.contact_m}")
-        if self.thickness_m is None and self.base != LAYERS[0]:
-            found = f"found {self.base} alone"
-            raise ValueError(f"base: expected with thickness_m, of a layer, {found}")
+            found = f"found {self.contact_m}"
+            raise ValueError(f"contact_m: expected a depth and a deviation above 0, {found}")
+        if self.thickness_m is None and self.base != laws.LAYERS[0]:
+            raise ValueError(
+                f"base: expected with thickness_m, of a layer, found {self.base} alone"
+            )
         for name in ("radius_m", "thickness_m"):
             found = getattr(self, name)
             if found is not None and not 0 < found < np.inf:
@@ -112,20 +103,15 @@ class Setup:
         """What the object stands on, as a law has it."""
         return "half_space" if self.thickness_m is None else self.base
 
-    def law(self, indenter: str) -> Law:
+    def law(self, indenter: str) -> laws.Law:
         """Force over depth at E* = 1."""
         if indenter in SHARP:
             return partial(SHARP[indenter], half_angle_rad=self.half_angle_rad)
         if indenter == FLAT:
-            return partial(flat_force, radius_m=self.radius_m)
-        return contact_law(
-            indenter,
-            self.support,
-            radius_m=self.radius_m,
-            thickness_m=self.thickness_m or np.inf,
-            nu=self.poisson_ratio,
-            curvature_per_m=1 / (self.object_radius_m or np.inf),
-        )
+            return partial(laws.flat_force, radius_m=self.radius_m)
+        layer = {"thickness_m": self.thickness_m or np.inf, "nu": self.poisson_ratio}
+        bent = {"radius_m": self.radius_m, "curvature_per_m": 1 / (self.object_radius_m or np.inf)}
+        return laws.contact_law(indenter, self.support, **bent, **layer)
 
     def others(self, indenter: str, baseline: bool, level_n: float) -> Iterator[tuple[str, dict]]:
         """Other baseline, indenter, residual and layer, each alone, and what it is called."""
@@ -134,15 +120,15 @@ class Setup:
         elif self.baseline is not None:
             # Where the approach shows it, a fit without is of another curve.
             yield "without a baseline", {"baseline": False}
-        if indenter in INDENTERS:
-            other = next(name for name in INDENTERS if name != indenter)
+        if indenter in laws.INDENTERS:
+            other = next(name for name in laws.INDENTERS if name != indenter)
             yield f"by {other}", {"indenter": other}
         other = next(name for name in RESIDUALS if name != self.residual)
         # A power of the force is one of the force above its level.
         of_level = {"baseline": False, "level_n": level_n, "of": replace(self, residual=other)}
         yield f"with {other} compared", of_level
         if self.thickness_m is not None:
-            other = next(name for name in LAYERS if name != self.base)
+            other = next(name for name in laws.LAYERS if name != self.base)
             yield f"with the layer {other.replace('_', ' ')}", {"of": replace(self, base=other)}
             nu = 0.5 if self.poisson_ratio < 0.4 else 0.3
             yield f"for nu {nu:g}", {"of": replace(self, poisson_ratio=nu)}
@@ -157,7 +143,7 @@ class Setup:
         if self.thickness_m is None:
             return
         radius, thickness = self.effective_radius_m, self.thickness_m
-        least = np.sqrt(radius * depth) / LARGEST_CHI
+        least = np.sqrt(radius * depth) / laws.LARGEST_CHI
         if thickness < least and depth > ABSURD * radius:
             expected = f"expected an indentation of up to {ABSURD:g} radii"
             hint = "(is the unit of the depth, or the radius, another?)"

@@ -60,16 +60,9 @@ def fit_known_contact(
     """Fit E* by least squares, contact point taken as known.
 
     With the paraboloid on a half-space it is the study's fit, which Nelder and Mead's method does
-    there: the problem is linear, and its minimum exact.
-
-    Parameters
-    ----------
-    depth_m, force_n : (n,) arrays
-        Depth below the undeformed surface [m] and force [N] of the samples in range.
-    law : callable
-        Force per reduced modulus over depth (`contact_law`).
-    depth_std_m : float
-        Standard deviation of an error that all depths share [m].
+    there: the problem is linear, and its minimum exact. Of depths below the undeformed surface (n,)
+    [m] and forces (n,) [N] of the samples in range, a law of force per reduced modulus over depth
+    (`contact_law`), and the standard deviation of an error that all depths share [m].
 
     Raises
     ------
@@ -111,19 +104,11 @@ def fit_free_contact(
     """Fit E* and the depth of first contact by least squares.
 
     Assumes residuals of equal variance whose correlation falls off as a first-order process.
-
-    Parameters
-    ----------
-    depth_m, force_n, law
-        As of `fit_known_contact`, from any depth; samples before contact help.
-    baseline : bool
-        Whether a constant force is fitted too.
-    residual : {"force", "force_two_thirds"}
-        What of the force is compared: itself, or its power 2/3, in which Eq. 5.1 is straight.
-    depth_std_m : float, optional
-        Of an expected contact at depth 0 [m]; any depth is as likely by default.
-    weights : (n,) array, optional
-        Of the squared residuals, relative to each other.
+    Depths, forces and law are as of `fit_known_contact`, from any depth; samples before contact
+    help. With a ``baseline`` a constant force is fitted too. ``residual`` of `RESIDUALS` says what
+    is compared: the force, or its power 2/3, in which Eq. 5.1 is straight. ``depth_std_m`` is that
+    of an expected contact at depth 0 [m]; any depth is as likely by default. Weights (n,) are of
+    the squared residuals.
 
     Raises
     ------

@@ -117,15 +117,10 @@ class Indentation:
 
     def law(self, indenter: str, support: str, nu: float) -> Law:
         """Force over depth at E* = 1 (`contact_law`)."""
-        return contact_law(
-            indenter,
-            support,
-            radius_m=self.radius_m,
-            thickness_m=self.thickness_m,
-            nu=nu,
-            curvature_per_m=self.shape.curvature_per_m,
-            foot_curvature_per_m=self.shape.foot_curvature_per_m,
-        )
+        size = {"radius_m": self.radius_m, "thickness_m": self.thickness_m, "nu": nu}
+        names = ("curvature_per_m", "foot_curvature_per_m")
+        bent = {name: getattr(self.shape, name) for name in names}
+        return contact_law(indenter, support, **size, **bent)
 
 
 def indentation_of(
@@ -140,28 +135,10 @@ def indentation_of(
     tip_std_m: float,
     options: Hertz,
 ) -> tuple[Indentation, dict]:
-    """Find the indentation of a capture, with its hold.
+    """Find an indentation with its hold, and the ``range`` and ``samples`` of hertz.json.
 
-    Parameters
-    ----------
-    template : Template
-    support : Support
-    alignment : Alignment
-    tips_m, forces_n : (f, 3) arrays
-        Centre of the sphere and force on the object, camera frame [m, N].
-    time_s : (f,) array
-        Of the frames [s].
-    radius_m : float
-        Of the sphere.
-    tip_std_m : float
-        Deviation of a tip along the probe's axis [m].
-    options : Hertz
-
-    Returns
-    -------
-    indentation : Indentation
-    samples : dict
-        ``range`` and ``samples`` of hertz.json.
+    Of centres of the sphere and forces on the object, (f, 3) each in the camera frame [m, N], at
+    times (f,) [s]; ``tip_std_m`` is the deviation of a tip along the probe's axis [m].
 
     Raises
     ------
@@ -215,12 +192,7 @@ def indentation_of(
 def force_onset(force_n: NDArray, *, onset_force_n: float) -> int:
     """First sample of the loading from which the force stays above a threshold.
 
-    Parameters
-    ----------
-    force_n : (n,) array
-        Magnitude of the force [N].
-    onset_force_n : float
-        Smallest force that counts as contact [N].
+    Of the force's magnitude (n,) [N] and the smallest that counts as contact [N].
 
     Raises
     ------
@@ -260,15 +232,7 @@ def indentation_depth(
 ) -> NDArray:
     """Depth of the sphere's lowest point below the undeformed surface, (f,) [m].
 
-    Parameters
-    ----------
-    template : Template
-        Undeformed, object frame.
-    alignment : Alignment
-    tips_m : (f, 3) array
-        Centre of the sphere in each frame, camera frame [m].
-    radius_m : float
-        Of the sphere.
+    Of centres of the sphere in each frame, (f, 3) in the camera frame [m], and its radius [m].
     """
     surface = ClosestPoints(template.vertices_m, template.faces)
     return radius_m - surface.signed_distance(to_object(alignment.camera_from_object, tips_m))
@@ -277,14 +241,8 @@ def indentation_depth(
 def hold_end(depth_m: NDArray, deepest: int, *, frame_std_m: float) -> int:
     """Number of samples up to the end of the hold, the deepest among them.
 
-    Parameters
-    ----------
-    depth_m : (n,) array
-        Depth below the undeformed surface [m].
-    deepest : int
-        Sample with which the loading ends.
-    frame_std_m : float
-        Standard deviation of each depth's own error [m].
+    Of depths below the undeformed surface (n,) [m], the sample with which the loading ends, and the
+    standard deviation of each depth's own error [m].
     """
     reached = float(depth_m[: deepest + 1].max())
     risen = depth_m[deepest:] < reached - max(RISEN * reached, RISEN_DEVIATIONS * frame_std_m)

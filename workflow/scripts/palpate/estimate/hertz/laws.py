@@ -162,15 +162,9 @@ def contact_law(
     """Force over depth at E* = 1 of a sphere: takes depths (n,) [m], gives forces (n,) [N/Pa].
 
     The layer's factor is a paraboloid's; that of Sneddon's sphere is taken to be the same.
-
-    Parameters
-    ----------
-    indenter : {"parabola", "sneddon"}
-    support : {"half_space", "bonded", "not_bonded", "round_foot"}
-    radius_m, thickness_m, nu : float
-        Of the sphere, and of a layer with its Poisson's ratio.
-    curvature_per_m, foot_curvature_per_m : float
-        Of the object at the contact, negative where it is hollow, and at its round base [1/m].
+    Indenters and supports are those of `INDENTERS`, and of `SUPPORTS` or `FOOT`; nu is a layer's
+    Poisson's ratio. Curvatures are those of the object at the contact, negative where it is hollow,
+    and at its round base [1/m].
 
     Raises
     ------

@@ -11,21 +11,9 @@ import numpy as np
 from scipy.special import ndtri
 
 from palpate.estimate.direct.options import Rig
-from palpate.estimate.hertz.fit import (
-    LEVEL,
-    ContactFit,
-    fit_free_contact,
-    fit_known_contact,
-)
+from palpate.estimate.hertz import laws
+from palpate.estimate.hertz.fit import LEVEL, ContactFit, fit_free_contact, fit_known_contact
 from palpate.estimate.hertz.indentation import SHALLOW, Indentation
-from palpate.estimate.hertz.laws import (
-    LARGEST_CHI,
-    LAYERS,
-    Law,
-    finite_strain_factor,
-    layer_factor,
-    parabola_force,
-)
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.relaxation import (
     RelaxationFit,
@@ -51,22 +39,12 @@ INTERVALS = {
 
 
 def estimate_hertz(
-    indentation: Indentation,
-    options: Hertz,
-    *,
-    rig: Rig | None = None,
-    clock_std_s: float = 0.0,
+    indentation: Indentation, options: Hertz, *, rig: Rig | None = None, clock_std_s: float = 0.0
 ) -> dict:
     """Fit the study's model and the recommended one to an indentation, the latter to its hold too.
 
-    Parameters
-    ----------
-    indentation : Indentation
-    options : Hertz
-    rig : Rig, optional
-        Uncertainties that the models' intervals hold too; none by default.
-    clock_std_s : float, optional
-        Standard deviation of the offset between the forces' clock and the frames' [s].
+    The models' intervals hold the uncertainties of ``rig``, none by default, and the standard
+    deviation of the offset between the forces' clock and the frames' [s].
 
     Returns
     -------
@@ -105,7 +83,7 @@ def estimate_hertz(
         best["doubts"].append("too few samples to allow for relaxation and finite strain")
     used, radius = indentation.loading, indentation.radius_m
     depth, force = indentation.depth_m[used], indentation.magnitude_n[used]
-    paraboloid = partial(parabola_force, radius_m=radius)
+    paraboloid = partial(laws.parabola_force, radius_m=radius)
     study = vars(fit_known_contact(depth, force, paraboloid, depth_std_m=0.0))
     flat = replace(indentation, shape=replace(indentation.shape, curvature_per_m=0.0))
     return {
@@ -127,11 +105,6 @@ def estimate_hertz(
 def fit_models(indentation: Indentation, options: Hertz) -> Iterator[dict]:
     """Fit the study's model, and the recommended one with those that its interval reaches to.
 
-    Parameters
-    ----------
-    indentation : Indentation
-    options : Hertz
-
     Yields
     ------
     dict
@@ -143,7 +116,7 @@ def fit_models(indentation: Indentation, options: Hertz) -> Iterator[dict]:
     weighted = {"indenter": indentation.indenter, "contact": "weighted"}
     for name in [OF_STUDY, *(weighted | {"support": one} for one in indentation.supports)]:
         found = vars(fit_model(indentation, options, **name))
-        layer = name["support"] in LAYERS
+        layer = name["support"] in laws.LAYERS
         of_layer = {"poisson_ratio": options.assumed_poisson_ratio} if layer else {}
         yield name | {"relaxation": "none"} | found | of_layer
 
@@ -158,40 +131,31 @@ def fit_model(
     depth, force = indentation.depth_m[used], indentation.force_n[used]
     if contact == "known":
         return fit_known_contact(depth, force, law, depth_std_m=std)
-    return fit_free_contact(
-        depth,
-        force,
-        law,
-        baseline=options.baseline,
-        residual=options.residual,
-        depth_std_m=std if contact == "weighted" else None,
-    )
+    given = {"baseline": options.baseline, "residual": options.residual}
+    given |= {"depth_std_m": std} if contact == "weighted" else {}
+    return fit_free_contact(depth, force, law, **given)
 
 
 def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
     """Choose a model by the indentation's geometry and by what of it was held.
 
     The indenter by the depth over the radius; the layer or the round base where the shape is one,
-    and the layer's series holds, else the half-space; the weighted contact, since it leaves
-    neither the surface nor the force unused; and relaxation allowed for wherever it was fitted.
-
-    Returns
-    -------
-    dict
-        The model, with ``rule`` in words, and ``doubts``, why no law holds, a line each: the
-        interval then reaches to those of all supports, and as far as side or base move it.
+    and the layer's series holds, else the half-space; the weighted contact, since it leaves neither
+    the surface nor the force unused; and relaxation allowed for wherever it was fitted. The model
+    has ``rule`` in words, and ``doubts``, why no law holds, a line each: the interval then reaches
+    to those of all supports, and as far as side or base move it.
     """
     indenter, support, chi = indentation.indenter, indentation.shape.support, indentation.chi
     doubts = [*indentation.shape.doubts]
     if indentation.thin:
         support = "half_space"
-        doubts.append(f"the layer is thin, chi {chi:.2f} above {LARGEST_CHI}: {INSTEAD}")
+        doubts.append(f"the layer is thin, chi {chi:.2f} above {laws.LARGEST_CHI}: {INSTEAD}")
     alike = [m for m in models if (m["indenter"], m["contact"]) == (indenter, "weighted")]
     # What allows for relaxation follows its own model without.
     best = [m for m in alike if m["support"] == support][-1]
     rule = (
         f"depth over radius {indentation.depth_over_radius:.2f}, chi {chi:.2f};"
-        f" sneddon above {SHALLOW:g}, a layer up to chi {LARGEST_CHI:g}, contact weighted,"
+        f" sneddon above {SHALLOW:g}, a layer up to chi {laws.LARGEST_CHI:g}, contact weighted,"
         f" relaxation {best['relaxation']}"
     )
     if doubts:
@@ -200,7 +164,7 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
         ends.append(max(ends) / max(1 - indentation.shape.side_part, LEAST_LEFT))
         if indentation.thin:
             nu, chi = best.get("poisson_ratio", LARGEST_POISSON_RATIO), np.array(chi)
-            ends += [min(ends) / float(layer_factor(chi, nu, layer)) for layer in LAYERS]
+            ends += [min(ends) / float(laws.layer_factor(chi, nu, layer)) for layer in laws.LAYERS]
         best = _reaching(best, ends)
     return dict(best) | {"rule": rule, "doubts": doubts}
 
@@ -212,19 +176,16 @@ def _fit_relaxing(indentation: Indentation, model: Mapping, options: Hertz) -> R
     # A round base goes in as the powers -1/3 of the radii; its part of the depth is no strain.
     part = 1 / (1 + np.cbrt(indentation.shape.foot_curvature_per_m / bend))
 
-    def strained(nu: float) -> Law:
+    def strained(nu: float) -> laws.Law:
         law = indentation.law(model["indenter"], model["support"], nu)
         return lambda depth_m: (
-            law(depth_m) * finite_strain_factor(part * depth_m / radius, nu) ** part
+            law(depth_m) * laws.finite_strain_factor(part * depth_m / radius, nu) ** part
         )
 
-    return fit_relaxation(
-        indentation,
-        {nu: strained(nu) for nu in HELD_POISSON_RATIOS},
-        times_s=relaxation_times(indentation.time_s[indentation.onset :]),
-        beliefs=options.relaxation,
-        contact_m=model["contact_depth_m"],
-    )
+    by_nu = {nu: strained(nu) for nu in HELD_POISSON_RATIOS}
+    times_s = relaxation_times(indentation.time_s[indentation.onset :])
+    known = {"beliefs": options.relaxation, "contact_m": model["contact_depth_m"]}
+    return fit_relaxation(indentation, by_nu, times_s=times_s, **known)
 
 
 def _clock_std(indentation: Indentation, row: Mapping, options: Hertz, clock_std_s: float) -> float:

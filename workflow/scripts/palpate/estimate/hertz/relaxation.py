@@ -78,17 +78,10 @@ class RelaxationFit:
 
 
 def relaxation_times(time_s: NDArray) -> NDArray:
-    """Times spread over a contact that its samples can tell apart.
+    """Times spread over a contact that its samples can tell apart, (p,) [s].
 
-    Parameters
-    ----------
-    time_s : (n,) array
-        Of two samples or more from the onset of force to the end of the hold, increasing [s].
-
-    Returns
-    -------
-    (p,) array
-        Two to four times from two median intervals to the whole length, in geometric steps [s].
+    Two to four from two median intervals to the whole length, in geometric steps, of increasing
+    times (n,), two samples or more from the onset of force to the end of the hold [s].
     """
     first = FIRST_INTERVALS * float(np.median(np.diff(time_s)))
     last = max(float(time_s[-1] - time_s[0]), FACTOR * first)
@@ -104,19 +97,11 @@ def fit_relaxation(
     beliefs: Beliefs,
     contact_m: float = 0.0,
 ) -> RelaxationFit:
-    """Fit E*, contact and relaxation to an indentation and its hold.
+    """Fit E*, contact and relaxation to an indentation that `allows_relaxation`, and its hold.
 
-    Parameters
-    ----------
-    indentation : Indentation
-        That `allows_relaxation`.
-    laws : mapping of float to callable
-        Force per reduced modulus over depth by Poisson's ratio, each as likely as the others.
-    times_s : (p,) array
-        Relaxation times to choose among (`relaxation_times`) [s].
-    beliefs : Beliefs
-    contact_m : float, optional
-        Depth at which contact begins, to start from [m].
+    Laws are forces per reduced modulus over depth by Poisson's ratio, each as likely as the others;
+    times (p,) those to choose among (`relaxation_times`) [s]; ``contact_m`` is the depth at which
+    contact begins, to start from [m].
     """
     tau, deepest = np.asarray(times_s, float), float(indentation.depth_m.max())
     contact, modulus = min(contact_m, LATEST * deepest), 0.0
@@ -171,13 +156,9 @@ def verdict(fit: RelaxationFit, *, held: bool) -> str:
 class _Points(NamedTuple):
     """Points of the grid with each law, g of them, and least squares at each.
 
-    Attributes
-    ----------
-    amplitudes : (g, p) array
-    found, covariance : (g, 4), (g, 4, 4) arrays
-        E* [Pa], contact [m], place of the law and baseline [N]; with errors as stated.
-    chi_square, log_std : (g,) arrays
-        Weighted sum of squares, and sum of the logarithms of the forces' deviations.
+    Of amplitudes (g, p) what is found (g, 4), E* [Pa], contact [m], place of the law and baseline
+    [N], with its covariance by errors as stated, (g, 4, 4); the weighted sum of squares and the sum
+    of the logarithms of the forces' deviations, (g,).
     """
 
     amplitudes: NDArray

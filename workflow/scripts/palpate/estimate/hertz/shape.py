@@ -75,14 +75,8 @@ def shape_at(
 ) -> Shape:
     """Judge an object's shape where it is indented.
 
-    Parameters
-    ----------
-    template : Template
-    support : Support
-    point_m, direction : (3,) arrays
-        Touched point [m], and direction of the indentation, object frame.
-    radius_m, depth_m : float
-        Of the sphere, and maximum depth [m].
+    At a touched point (3,) [m], along a direction (3,) in the object frame, by a sphere of a
+    radius, to a maximum depth [m].
 
     Raises
     ------
@@ -128,13 +122,9 @@ def equivalent_radius(low_per_m: float, high_per_m: float) -> float:
     """Radius of the sphere on a plane with the compliance of an elliptic contact [m].
 
     With the ellipse's half axes a > b, m = 1 - b^2/a^2 and K, E the complete elliptic integrals of
-    m, the curvatures have the ratio (E/(1 - m) - K)/(K - E), and F = 4/3 E* R^(1/2) d^(3/2) has
-    R = pi^2 (K - E)/(2 low m K^3) (Johnson, 4.26 to 4.32, solved for the depth).
-
-    Parameters
-    ----------
-    low_per_m, high_per_m : float
-        Principal curvatures of both bodies together, both above 0 [1/m].
+    m, the curvatures have the ratio (E/(1 - m) - K)/(K - E), and F = 4/3 E* R^(1/2) d^(3/2) has R =
+    pi^2 (K - E)/(2 low m K^3) (Johnson, 4.26 to 4.32, solved for the depth). Of the principal
+    curvatures of both bodies together, both above 0 [1/m].
     """
     if high_per_m < ROUND * low_per_m:
         return float(2 / (low_per_m + high_per_m))
@@ -153,12 +143,8 @@ def side_part(side_m: float, contact_m: float, thickness_m: float) -> float:
 
     A mirror image of the contact, which frees the side of shear, adds 2/(3 pi) a/c to the depth;
     the pressure that it leaves adds more, and a base holds against both. Within 0.04 of finite
-    elements of a block's edge (c of 6 to 25 mm, a of 2.6 to 5.3 mm, h 47.5 mm, nu 0.3).
-
-    Parameters
-    ----------
-    side_m, contact_m, thickness_m : float
-        Distance c, contact radius a, and thickness h, infinite where no base holds the object [m].
+    elements of a block's edge (c of 6 to 25 mm, a of 2.6 to 5.3 mm, h 47.5 mm, nu 0.3). Of the
+    distance c, contact radius a, and thickness h, infinite where no base holds the object [m].
     """
     if side_m <= 0:
         return 1.0
@@ -171,13 +157,7 @@ def principal_curvatures(
 ) -> NDArray:
     """Curvatures of a surface by a least-squares quadric, positive if convex, (2,) [1/m].
 
-    Parameters
-    ----------
-    surface : SmoothSurface
-    point_m, normal : (3,) arrays
-        Point of the surface [m] and outward normal there.
-    reach_m : float
-        How far from the point the surface is looked at [m].
+    Around a point (3,) of the surface, with the outward normal there, so far as ``reach_m`` [m].
     """
     rings = [_ring(point_m, normal, part * reach_m) for part in RINGS]
     places = np.concatenate([point_m[None], *rings])
