@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from palpate.capture.images import depth_of, read_samples
 from palpate.capture.poses import read_poses
-from palpate.capture.tables import GAUGE_COLUMNS, read_force, read_frames
+from palpate.capture.tables import force_columns, read_force, read_frames
 from palpate.units import MILLIMETRES
 from palpate.yaml_files import load_yaml
 from scipy.spatial.transform import Rotation
@@ -36,7 +36,7 @@ def write_bag(capture: Path, bag: Path, sensor: Mapping, probe: Mapping) -> None
     bag : Path
         Folder that is not there yet.
     sensor, probe : mapping
-        The sensor's file, with ``base``, and the probe's, with ``tracked`` and ``gauge``.
+        The sensor's file, with ``base``, and the probe's, with ``tracked``.
     """
     frames, force, poses = read_frames(capture), read_force(capture), read_poses(capture)
     base, messages = sensor["base"]["name"], Messages(ros1=False)
@@ -61,7 +61,9 @@ def write_bag(capture: Path, bag: Path, sensor: Mapping, probe: Mapping) -> None
     flange = poses.base_from_tracked @ np.linalg.inv(FLANGE_FROM_TARGET)
     moving = zip(poses.time_s, flange, strict=True)
     found += [tf("/tf", s, {(base, FLANGE): pose}) for s, pose in moving]
-    wrench = force[list(GAUGE_COLUMNS)].to_numpy() @ np.transpose(probe["gauge"]["calibration"])
+    wrench = force[list(force_columns(force.columns, probe))].to_numpy()
+    if "gauge" in probe:
+        wrench = wrench @ np.transpose(probe["gauge"]["calibration"])
     rows = zip(map(ns, force["time_s"]), wrench, strict=True)
     found += [("/wrench", stamp, messages.wrench(row, stamp)) for stamp, row in rows]
     for kind, frame in (("color", CAMERA), ("depth", DEPTH)):
