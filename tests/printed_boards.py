@@ -11,18 +11,13 @@ MARGIN, BACKGROUND = 0.75, 110
 STEP, SUPERSAMPLING, LENS_BLUR_PX = 80, 4, 0.5
 
 
-def whiteness(printed, u, v):
-    """Of places, not blurred."""
-    return printed.white[np.searchsorted(printed.v, v), np.searchsorted(printed.u, u)]
-
-
 def picture(board, pose, camera=CAMERA):
     """A board by its homography, supersampled and through a lens, on grey (uint8)."""
     (left, top), (right, bottom) = board.outline_m / board.unit_m
     x = np.arange(left - MARGIN, right + MARGIN, 1 / STEP) + 0.5 / STEP
     y = np.arange(top - MARGIN, bottom + MARGIN, 1 / STEP) + 0.5 / STEP
     u, v = np.meshgrid(x, y)
-    white = whiteness(board.print, u, v)
+    white = board.print.at(u, v)
     white[(u < left) | (u > right) | (v < top) | (v > bottom)] = 1
     texture = LEVELS[0] + (LEVELS[1] - LEVELS[0]) * white
     side = board.unit_m / STEP

@@ -66,7 +66,6 @@ def test_force_and_what_is_left_of_the_depth(panels):
     np.testing.assert_allclose(computed.get_xdata(), [1.1, 2.1, 3.1])
     np.testing.assert_allclose(left.lines[0].get_ydata(), -0.1)
     assert len(force.lines) == 4 and len(force.get_legend().get_texts()) == 2
-    assert force.get_title(loc="left") == "Kinect: force"
 
 
 def test_motion_of_the_deepest_frame_along_the_normals(panels):

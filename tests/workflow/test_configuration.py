@@ -166,8 +166,8 @@ def test_experiments_of_unknown_kind_sensor_or_probe(root, home):
     with pytest.raises(ValueError) as caught:
         opened(home, experiments={"probe": "stick", "cd_case_size_m": [0.14, 0.12, 0.01]})
     message = str(caught.value)
-    assert "juggling: experiment: expected one of calibration, cd_case, load, loading" in message
-    assert "webcam: sensor: expected one of bumblebee, kinect, found webcam" in message
+    assert "juggling: experiment: expected one of calibration, cd_case, hand_eye, load" in message
+    assert "webcam: sensor: expected one of bumblebee, kinect, kinect_cloud, " in message
     assert "experiments.probe: expected one of nano25_sphere, found stick" in message
 
 
@@ -371,7 +371,7 @@ def test_unknown_names_in_the_lab(home):
     with pytest.raises(ValueError, match="object.probe: expected one of nano25_sphere"):
         opened(home)
     path.write_text(text.replace("      kinect: [", "      sonar: ["))
-    with pytest.raises(ValueError, match="recordings: expected one of bumblebee, kinect, found"):
+    with pytest.raises(ValueError, match="recordings: expected one of bumblebee, kinect, kin"):
         opened(home)
 
 

@@ -49,8 +49,9 @@ def missing(name):
     if name.startswith("make "):
         made = re.search(rf"^{name.split()[1]}:", read("Makefile"), re.MULTILINE)
         return None if made else "no target"
-    if name.startswith("results/") or name.endswith(".json"):
+    if name.startswith("results/") or name.endswith((".json", ".csv")):
         places = [*ROOT.glob("workflow/rules/*.smk"), *ROOT.glob("workflow/**/artefacts.yaml")]
+        places += [ROOT / "docs/capture_format.md"]  # people's own files
         rules = "".join(map(read, places))
         return None if Path(name).stem in rules else "no rule makes it"
     if "/" in name:

@@ -71,18 +71,18 @@ def estimate(
     if len(tables) != len(measured):
         raise ValueError(f"tables: expected {len(measured)}, one a capture, found {len(tables)}")
     for one, table in zip(measured, tables, strict=True):
-        _check_table(one, table)
+        _check_table(one, table, captures[0].radius_m)
     options, first = options or measured[0].config.direct.fit, captures[0]
     indentations = [_indentation(*of, options) for of in zip(measured, tables, strict=True)]
     known = ProbeUncertainty.of(first.probe, first.sensor.get("base"))
     return estimate_direct(indentations, options, known, radius_m=first.radius_m)
 
 
-def _check_table(measured: Measurement, table: IndentationModel) -> None:
+def _check_table(measured: Measurement, table: IndentationModel, radius_m: float) -> None:
     """Reject a table of another sphere, of another point, or of another object."""
     capture = measured.capture
-    if not np.isclose(table.radius_m, capture.radius_m, rtol=SAME_RADIUS):
-        expected = f"one of the probe's {capture.radius_m * MILLIMETRES:g} mm sphere"
+    if not np.isclose(table.radius_m, radius_m, rtol=SAME_RADIUS):
+        expected = f"one of the probe's {radius_m * MILLIMETRES:g} mm sphere"
         found = f"{table.radius_m * MILLIMETRES:g} mm"
         raise ValueError(f"tables: expected {expected}, found one of {found}")
     way = np.array(capture.declared_point["position_m"], dtype=float) - table.point_m
@@ -104,5 +104,12 @@ def _indentation(measured: Measurement, table: IndentationModel, options: Fit) -
     given = measured.path, capture.probe, capture.sensor
     record = ProbeRecord.of(*given, clock_offset_s=offset_s)
     surface = SmoothSurface(measured.template.vertices_m, measured.template.faces)
-    seen, of = (measured.motion, measured.alignment), (table, measured.support)
-    return direct_indentation(record, *seen, surface, *of, options)
+    return direct_indentation(
+        record,
+        measured.motion,
+        measured.alignment,
+        surface,
+        table,
+        measured.support,
+        options,
+    )

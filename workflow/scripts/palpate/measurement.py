@@ -1,7 +1,7 @@
 """From one capture to what its estimates compare, in memory: the way of the workflow's stages."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -109,21 +109,25 @@ def measure(
     7.9 mm deep, 1.9 N
     """
     press = press_of(capture, config or Config(), optics)
-    of_press, files = dict(vars(press)), TemporaryDirectory(prefix="palpate-")
-    template, masks = press.template, _masks(press)
+    # A bad template or support is rejected before the masks.
+    read = {"template": press.template, "support": press.support}
+    masks, files = _masks(press), TemporaryDirectory(prefix="palpate-")
     if masks is not None:
         save_masks(path := Path(files.name, "mask.npz"), masks)
         masks = load_masks(path)
     save_clouds(path := Path(files.name, "clouds.npz"), _clouds(press, masks))
     clouds = read_clouds(path)
     alignment = _aligned(press, clouds[0])
-    known, tips = (template, alignment), press.tips_m
+    known, tips = (press.template, alignment), press.tips_m
     least, radius = press.config.hertz.onset_force_n, {"radius_m": capture.radius_m}
     rest = rest_frames(*known, tips, press.forces_n, onset_force_n=least, **radius)
     probe, options = (tips, columns_of(press.poses, AXIS)), press.config.direct.observation
     motion = observed_motion(*known, clouds, probe, rest, press.sensor, options, **radius)
     seen = {"masks": masks, "clouds": clouds, "alignment": alignment, "motion": motion}
-    return Measurement(**of_press, **seen, files=files)
+    of_press = {field.name: getattr(press, field.name) for field in fields(press)}
+    found = Measurement(**of_press, **seen, files=files)
+    vars(found).update(read)  # the files may change; what was measured does not
+    return found
 
 
 def solid_of(measured: Measurement, kept: str | Path | None = None) -> SolidMesh:
@@ -215,12 +219,18 @@ def track(
 def align(press: Press) -> Alignment:
     """Alignment of the first frame alone, held to the first contact (Eq. 4.24): seconds.
 
+    Returns
+    -------
+    Alignment
+        ``camera_from_object`` (4, 4) and, object frame, ``contact_point_m`` (3,) [m].
+
     Raises
     ------
     ValueError
         As `measure` does.
     """
-    _, masks = press.template, _masks(press)
+    _ = press.template  # a bad one is rejected before the masks
+    masks = _masks(press)
     first = masks and list(islice(masks, 1))
     (cloud,) = _clouds(press, first, frames=[0])
     alignment = _aligned(press, cloud)
@@ -262,4 +272,4 @@ def _aligned(press: Press, cloud: Cloud) -> Alignment:
     place = press.template, press.support, capture.declared_point, press.plane
     touch = press.tips_m, onset, int(np.argmax(sizes_n))
     resting = resting_prior(*place, *touch, indenter_radius_m=capture.radius_m)
-    return align_first(place[0], cloud, resting, onset, press.config.tracking.alignment)
+    return align_first(press.template, cloud, resting, onset, press.config.tracking.alignment)

@@ -72,7 +72,7 @@ def figure_of_estimates(estimates: Sequence[tuple[str, DirectEstimate]]) -> Figu
             for title, found in estimates
         ]
         fitted = [dict(enumerate(found.captures())) for _, found in estimates]
-        return style.finished(fits(titles, fitted))
+        return style.finished(fits(titles, fitted), set())
 
 
 def fits(titles: Sequence[str], fitted: Iterable[Mapping[Any, CaptureFit]]) -> Figure:

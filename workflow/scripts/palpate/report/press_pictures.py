@@ -25,8 +25,8 @@ MEASURED = "points of the object that were measured, dark near and light far"
 class Frames:
     """What was made of a capture's frames.
 
-    Pictures of the reference camera, grey or RGB; masks (h, w); places of the probe's tip (f, 3),
-    camera frame [m], and its axes (f, 3); clouds, camera frame; and forces (f,) [N].
+    Pictures of the reference camera, grey or RGB; masks (h, w), bool; places of the probe's tip
+    (f, 3), camera frame [m], and its axes (f, 3); clouds, camera frame; and forces (f,) [N].
     """
 
     photos: Sequence[NDArray]

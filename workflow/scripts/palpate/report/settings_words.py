@@ -19,7 +19,7 @@ HOLDS = {"bonded": "held where it stands", "resting": "loose: it only stands the
 def describe(config: Mapping, versions: Mapping[str, str]) -> str:
     """Configuration and versions as Markdown, the same text for the same run.
 
-    As in force, after all overrides; versions by name, in the order in which they are to stand.
+    The configuration is that in force, after all overrides; versions stand in their order.
     """
     lines = ["# Configuration and versions", "", "## Versions", ""]
     lines += [*rows_of(("package", "version"), versions.items()), "", "## Configuration", ""]

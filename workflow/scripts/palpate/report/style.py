@@ -63,7 +63,7 @@ def label_provenance(figure: Figure, provenances: Collection[str]) -> None:
         )
 
 
-def finished(figure: Figure, provenances: Collection[str] = ()) -> Figure:
+def finished(figure: Figure, provenances: Collection[str]) -> Figure:
     """Lay a figure out with room for its provenance, and write that."""
     figure.tight_layout(rect=(0, 0.03, 1, 1))
     label_provenance(figure, provenances)

@@ -77,6 +77,10 @@ class Print:
             np.einsum("ij,ij->i", down, sb),
         )
 
+    def at(self, u: NDArray, v: NDArray) -> NDArray:
+        """Whiteness of places of any shape, not blurred."""
+        return self.white[np.searchsorted(self.v, v), np.searchsorted(self.u, u)]
+
 
 def _parts(place: NDArray, lines: NDArray, blur: NDArray) -> tuple[NDArray, NDArray, NDArray]:
     """Shares (n, k + 1) of the fields between lines, and their derivatives by place and blur."""

@@ -174,5 +174,5 @@ def _start(indentation: DirectIndentation, nu: float, options: Fit) -> Parameter
     E = max(float((force @ unit) / max(float(unit @ unit), 1e-300)), 1.0)
     times_s = np.array(options.relaxation_times_s, dtype=float)
     shares = np.full(len(times_s), 0.02)
-    zeros = np.zeros(unknown.SHARED - 2), np.zeros(unknown.OWN)
-    return Parameters(np.r_[np.log(E), nu, zeros[0], shares, zeros[1]], times_s)
+    shared, own = np.zeros(unknown.SHARED - 2), np.zeros(unknown.OWN)
+    return Parameters(np.r_[np.log(E), nu, shared, shares, own], times_s)

@@ -215,7 +215,8 @@ def fit_direct(
 ) -> Solution:
     """Minimise over the moduli, the law and the nuisances of all captures.
 
-    Where all captures start: with deviations as stated the start of least cost goes on.
+    All captures start at each of ``starts``; with deviations as stated, the one of least cost goes
+    on.
     """
     joint, scales = _Joint(tuple(indentations), options), (Scales(),) * len(indentations)
     vectors = []

@@ -283,8 +283,11 @@ def _predicted(indentation: DirectIndentation, of: Parameters) -> _Predicted:
 def residuals(
     indentation: DirectIndentation, of: Parameters, here: _Predicted | None = None
 ) -> Residuals:
-    """Compare a capture with what its measured force makes of the object."""
-    here = here or _predicted(indentation, of)
+    """Compare a capture with what its measured force makes of the object.
+
+    ``here`` is what was predicted at ``of``, where it is there already.
+    """
+    here = _predicted(indentation, of) if here is None else here
     measured = indentation.depth_m + of.offset_m + of.clock_s * indentation.speed_m_s
     motion = here.motion.motion_m + _support_motion(indentation, of)
     motion = (1 + of.gain) * motion + of.shift_m

@@ -10,11 +10,17 @@ from numpy.typing import NDArray
 
 from palpate.capture.tables import columns_of
 from palpate.config.sensor import said_of_base
-from palpate.estimate.direct import options as known_of
 from palpate.estimate.direct.contact import Contact, depth_along, object_from_table
 from palpate.estimate.direct.indentation import DirectIndentation, SupportAxes, zero_std
 from palpate.estimate.direct.motion import SurfaceMotion
-from palpate.estimate.direct.options import Fit, ProbeUncertainty
+from palpate.estimate.direct.options import (
+    BASE_SOURCE,
+    TIP_PART,
+    TIP_SOURCE,
+    UNSTATED,
+    Fit,
+    ProbeUncertainty,
+)
 from palpate.estimate.direct.table import axes_across, sample_table
 from palpate.estimate.hertz.indentation import noise_of
 from palpate.solid.indentation_table import IndentationModel
@@ -30,8 +36,6 @@ from palpate.vision.probe import ALONG_STD, TIP, from_pictures, marker_transform
 
 # A force sensor's noise is not less [N].
 LEAST_NOISE_N = 1e-4
-# What is compared as the record has it.
-OF_RECORD = ("time_s", "tip_std_m", "clock_std_s", "camera_clock_std_s", "pictured")
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,7 @@ class ProbeRecord:
     clock_offset_s: float
     clock_std_s: float
     turns: NDArray
-    uncertainty: ProbeUncertainty = known_of.UNSTATED
+    uncertainty: ProbeUncertainty = UNSTATED
     camera_clock_std_s: float = 0.0
     pictured: NDArray | EllipsisType = ...
 
@@ -96,9 +100,9 @@ class ProbeRecord:
     def shared_roots_m(self, row: int, place_std_m: float) -> dict[str, NDArray]:
         """Errors of the tip at a time that captures share, camera frame, (3, e) [m] by source."""
         known = self.uncertainty
-        roots = {known_of.TIP_SOURCE: self.turns[row] @ known.tip_root_m(place_std_m)}
+        roots = {TIP_SOURCE: self.turns[row] @ known.tip_root_m(place_std_m)}
         if known.base is not None:
-            roots[known_of.BASE_SOURCE] = known.base_root_m(self.tips_m[row])
+            roots[BASE_SOURCE] = known.base_root_m(self.tips_m[row])
         return roots
 
 
@@ -181,7 +185,11 @@ def direct_indentation(
     way = np.diff(tips[[contact.onset - 1, np.argmax(contact.depth_m)]], axis=0)[0]
     given = {"support": support, "contact_m": middle, "direction": direction, "options": options}
     return DirectIndentation(
-        **{name: getattr(record, name) for name in OF_RECORD},
+        time_s=record.time_s,
+        tip_std_m=record.tip_std_m,
+        clock_std_s=record.clock_std_s,
+        camera_clock_std_s=record.camera_clock_std_s,
+        pictured=record.pictured,
         force_n=contact.force_n,
         tip_depth_m=contact.depth_m,
         frames=frames,
@@ -193,7 +201,7 @@ def direct_indentation(
         clock_expected_s=record.clock_offset_s,
         force_std_n=max(noise_of(contact.force_n[: max(contact.onset - 1, 2)]), LEAST_NOISE_N),
         place_expected_m=across @ beside_m,
-        place_std_m=np.sqrt(1 - known_of.TIP_PART) * options.place_std_m,
+        place_std_m=np.sqrt(1 - TIP_PART) * options.place_std_m,
         contact_m=middle,
         cell_m=cell,
         moved_m=moved,

@@ -108,7 +108,7 @@ def fit_free_contact(
     help. With a ``baseline`` a constant force is fitted too. ``residual`` of `RESIDUALS` says what
     is compared: the force, or its power 2/3, in which Eq. 5.1 is straight. ``depth_std_m`` is that
     of an expected contact at depth 0 [m]; any depth is as likely by default. Weights (n,) are of
-    the squared residuals.
+    the squared residuals, relative to each other.
 
     Raises
     ------

@@ -137,8 +137,9 @@ def indentation_of(
 ) -> tuple[Indentation, dict]:
     """Find an indentation with its hold, and the ``range`` and ``samples`` of hertz.json.
 
-    Of centres of the sphere and forces on the object, (f, 3) each in the camera frame [m, N], at
-    times (f,) [s]; ``tip_std_m`` is the deviation of a tip along the probe's axis [m].
+    Of centres of the sphere of ``radius_m`` and forces on the object, (f, 3) each in the camera
+    frame [m, N], at times (f,) [s]; ``tip_std_m`` is the deviation of a tip along the probe's axis
+    [m].
 
     Raises
     ------

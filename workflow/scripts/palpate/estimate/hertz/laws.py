@@ -162,9 +162,9 @@ def contact_law(
     """Force over depth at E* = 1 of a sphere: takes depths (n,) [m], gives forces (n,) [N/Pa].
 
     The layer's factor is a paraboloid's; that of Sneddon's sphere is taken to be the same.
-    Indenters and supports are those of `INDENTERS`, and of `SUPPORTS` or `FOOT`; nu is a layer's
-    Poisson's ratio. Curvatures are those of the object at the contact, negative where it is hollow,
-    and at its round base [1/m].
+    Indenters and supports are those of `INDENTERS`, and of `SUPPORTS` or `FOOT`. ``radius_m`` is
+    the sphere's, ``thickness_m`` and ``nu`` are a layer's. Curvatures are those of the
+    object at the contact, negative where it is hollow, and at its round base [1/m].
 
     Raises
     ------

@@ -157,7 +157,7 @@ def principal_curvatures(
 ) -> NDArray:
     """Curvatures of a surface by a least-squares quadric, positive if convex, (2,) [1/m].
 
-    Around a point (3,) of the surface, with the outward normal there, so far as ``reach_m`` [m].
+    Around a point (3,) [m] of the surface, with its outward normal there, up to ``reach_m`` [m].
     """
     rings = [_ring(point_m, normal, part * reach_m) for part in RINGS]
     places = np.concatenate([point_m[None], *rings])
