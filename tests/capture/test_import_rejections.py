@@ -300,7 +300,11 @@ def test_a_sensor_file_that_contradicts(film, tmp_path, capsys):
     ("write", "name", "line"),
     [
         (write_realsense, "film.bag", "film.bag: wrench: expected one topic"),
-        (partial(write_tum, wrench=False), "film", "force.csv: file: expected a CSV table"),
+        (
+            partial(write_tum, wrench=False),
+            "film",
+            "force.csv: file: expected force.csv .--force <file> will do., found nothing",
+        ),
         (write_tum, "film", "camera.yaml: file: expected a sensor file, or optics"),
     ],
     ids=["a RealSense", "no wrenches", "no optics"],

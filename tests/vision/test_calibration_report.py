@@ -35,13 +35,17 @@ def test_good_views_determine_all():
 def test_boards_in_the_middle_do_not_determine_the_distortion():
     found = calibrated(tilted(30))
     determined = {"focal length": True, "principal point": True, "distortion": False}
-    assert camera_verdict(found).determined == determined
+    verdict = camera_verdict(found)
+    assert verdict.determined == determined
+    (line,) = [one for one in verdict.lines if "not determined" in one]
+    assert line.startswith("distortion: ") and line.endswith(": views in the picture's corners")
 
 
 def test_boards_that_are_hardly_tilted_do_not_determine_the_focal_length():
     found = calibrated(tilted(6), noise_px=0.1)
     verdict = camera_verdict(found)
     assert not verdict.determined["focal length"]
+    assert verdict.lines[0].endswith("tilted by 30 degrees to all sides")
     assert "no target tilts by more than 6 degrees" in verdict.lines[-1]
 
 

@@ -92,6 +92,11 @@ def test_turns_about_one_axis_do_not_determine_the_shift_along_it():
         found(scene(2, tilts=(0, 0, 0)))
 
 
+def test_turns_of_few_degrees_about_the_second_axis():
+    one = found(scene(6, 24, tilts=(0.15, 0.15, 1)))
+    assert (np.abs(off(one)) < 4 * np.sqrt(np.diag(one.covariance))).all()
+
+
 def test_few_poses():
     assert "5 poses count: 12 or more show whether one is off" in found(scene(3, 5)).warnings
     with pytest.raises(ValueError, match="expected at least 3 with the target, found 2"):

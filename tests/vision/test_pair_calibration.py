@@ -82,6 +82,14 @@ def test_a_pair_is_found_whichever_way_up_its_boards_are(sensors, columns):
     assert Rotation.from_matrix(error[:3, :3]).magnitude() < np.deg2rad(0.02)
 
 
+def test_a_board_that_two_cameras_order_differently_in_most_views():
+    board, views = Board(8, 6, 0.025), poses(14)
+    first, second = (seen(board, views, *of) for of in ((LEFT,), (RIGHT, RIGHT_FROM_LEFT)))
+    second |= {name: second[name][::-1] for k, name in enumerate(second) if k % 3}
+    with pytest.raises(ValueError, match="a board that has one order .one odd and one even"):
+        calibrate_pair(first, second, board, SIZES_PX)
+
+
 def test_a_pair_of_different_moments_counts_for_each_camera_alone():
     first, second = pair_of(12)
     moved = poses(12, far_m=(0.35, 0.7))["04"]

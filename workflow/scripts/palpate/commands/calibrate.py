@@ -48,9 +48,10 @@ from palpate.yaml_files import load_yaml
 TIP = """\
 Find where the centre of the ball is in the frame of the probe's target: rest the ball in a dimple,
 record the target, and tilt the handle by 30 degrees to all sides, for 200 frames.
-It takes a recording (a folder with frames.csv, or probe_poses.csv of a robot or a tracker), a table
-of poses with the columns of probe_pose.csv (marker_qx ... marker_z_m), or a folder of text files
-with a matrix of 4 x 4 numbers in each. Frames that are off are named and left out.
+It takes a recording (a folder with frames.csv, and --sensor and --board; or with probe_poses.csv of
+a robot or a tracker, which needs neither), a table of poses (marker_qx, marker_qy, marker_qz,
+marker_qw, marker_x_m, marker_y_m, marker_z_m: camera from target), or a folder of text files with a
+matrix of 4 x 4 numbers in each, likewise. Frames that are off are named and left out.
 """
 LOAD = """\
 Find mass and centre of mass of the force sensor's payload, its offsets, and how it is turned
@@ -60,14 +61,15 @@ named and left out.
 It takes a recording (a folder with frames.csv or probe_poses.csv, and force.csv), or a table with a
 row for each pose: marker_qx, marker_qy, marker_qz, marker_qw and fx_n, fy_n, fz_n, tx_nm, ty_nm,
 tz_nm. The vertical is that of the table that a recording's background/ shows, z of the base frame
-of probe_poses.csv, or --up.
+of probe_poses.csv, or --up. Recordings with images need --sensor and --board.
 """
 STIFFNESS = """\
 Find the probe's compliance between target and ball, along its axis: press the ball on something
 rigid, a steel block on a table, slowly to 5 N and back within ten seconds.
 It takes a recording (a folder with frames.csv or probe_poses.csv, and force.csv), or a table in the
-order of time, as palpate hertz reads curves: how far the tip went along the probe's axis (depth_m,
-growing in the indentation, from any offset), and the force along it (force_n).
+order of time, as palpate hertz reads curves: how far the tip went along the probe's axis by the
+target's poses (depth_m, growing in the indentation, from any offset), and the force along it
+(force_n) at the same moments. Recordings with images need --sensor and --board.
 """
 HAND_EYE = """\
 Find where a camera that stands is in the base frame of a robot or a tracker: fix a target to the
@@ -387,7 +389,7 @@ def add(commands: Any) -> None:
     tip.add_argument("--unit", choices=("m", "cm", "mm"), default="m", help="of text files")
     load = _part(parts, "load", "payload of the force sensor", _load, LOAD,
         "poses.csv --up 0 -0.7 -0.7 --board probes/ball.yaml")  # fmt: skip
-    up = "upwards, in the camera's frame, or in the base frame of probe_poses.csv"
+    up = "upwards, in the camera's frame (x right, y down, z away) or that of probe_poses.csv"
     load.add_argument("--up", nargs=3, type=float, metavar=("X", "Y", "Z"), help=up)
     _part(parts, "hand-eye", "a camera in a robot's base frame", _hand_eye, HAND_EYE,
         "hand_eye --sensor sensors/d435.yaml --output hand_eye.json")  # fmt: skip

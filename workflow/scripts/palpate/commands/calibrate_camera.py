@@ -198,7 +198,7 @@ def _pair_lines(pair: PairCalibration) -> Iterator[str]:
         yield f"  {name} {all_sure(values, stds, scale)} {unit}"
     yield f"  residual: {pair.rms_px:.3f} px (root mean square)"
     for view, reason in pair.rejected.items():
-        yield f"  not of one moment: {view}: {reason}"
+        yield f"  left out of the pairs: {view}: {reason}"
     yield from (f"  {line}" for line in pair_verdict(pair).lines)
 
 

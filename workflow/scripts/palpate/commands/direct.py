@@ -206,7 +206,7 @@ class _Steps:
         folder = options.tables or project.results(name)
         own = folder and folder / _table_name(one, model, solid)
         of_run = folder and folder / f"indentation-{point}.npz"
-        changed = options.fast or options.config
+        changed = options.fast or options.config or options.tables
         kept = [own] if changed or not _is_new(of_run, one, project) else [own, of_run]
         kept = [of_run, own] if options.tables else kept
         for path in kept:

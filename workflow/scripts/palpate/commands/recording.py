@@ -66,6 +66,8 @@ def _import(options: argparse.Namespace) -> None:
     recording = _recording(options, force=own_force)
     if own_force and isinstance(recording, TumRecording):
         source = options.recording / FORCE
+        if not source.is_file():
+            raise mismatch(f"{source}: file", "force.csv (--force <file> will do)", "nothing")
     force = None if source is None else _force(source, options)
     poses = _poses(options) if with_poses and not options.background else None
     print("\n".join(import_recording(recording, options, force, poses)))

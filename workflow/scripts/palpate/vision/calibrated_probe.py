@@ -86,8 +86,13 @@ def placed_sensor(spec: Mapping, paths: Sequence[str | Path]) -> Mapping:
     fields = read_fields(path)
     if fields.get("sensor", spec["sensor"]) != spec["sensor"]:
         raise ValueError(f"{path}: sensor: expected {spec['sensor']}, found {fields['sensor']}")
-    found = {name: fields.get(name) for name in ("camera_from_base", "covariance")}
-    BaseSpec.read(found, str(path))
+    shapes = {"camera_from_base": (4, 4), "covariance": (6, 6)}
+    found = {name: numbers_of(path, fields, name, of).tolist() for name, of in shapes.items()}
+    try:
+        BaseSpec.read(found, str(path))
+    except ValueError as error:
+        line = str(error).splitlines()[0]
+        raise ValueError(f"{line} (its verdict says what would determine it)") from None
     return dict(spec) | {"base": dict(spec["base"]) | found | {"origin": CALIBRATED}}
 
 

@@ -28,8 +28,9 @@ def smooth_tip(
     tip_m : (n, 3) array
         Measured positions [m], one at least; rows of NaN are gaps.
     tip_std_m : (n, 3) array
-        Standard deviations of the measurements [m].
+        Standard deviations of the measurements [m], finite and above 0.
     acceleration_std_m_s2 : float, optional
+        Standard deviation of the tip's acceleration [m/s^2].
 
     Returns
     -------

@@ -145,9 +145,11 @@ def calibrate_pair(
             break
         rejected |= bad
         if len(shared) - len(rejected) < max(FEWEST_VIEWS, len(shared) / 2):
+            order = "of a board that has one order (one odd and one even number of corners), "
             raise ValueError(
-                f"calibration: expected pairs taken at one moment, found {len(rejected)} or more"
-                f" of {len(shared)} that disagree ({next(iter(rejected.values()))})"
+                f"calibration: expected pairs taken at one moment, {order * board.ambiguous}"
+                f"found {len(rejected)} or more of {len(shared)} that disagree"
+                f" ({next(iter(rejected.values()))})"
             )
     spread = fit.covariance()
     cameras = tuple(

@@ -324,8 +324,8 @@ def require_turn(
 ) -> NDArray:
     """Root mean square turns of a target's directions (3,) [degrees], the least first.
 
-    A `ValueError` where it hardly turned, or about one axis alone; it says of which place that
-    leaves what is along the axis open.
+    Of ``rotations`` (n, 3, 3). A `ValueError` where ``what`` turned by less than ``least_deg``, or
+    about one axis alone: then ``place`` says what stays open along it.
     """
     turn, directions = turned(rotations)
     least, middle, _ = turn_deg = np.degrees(turn)

@@ -28,7 +28,7 @@ MATRICES = {name for pair in (*SINGLE_NAMES, *PAIR_NAMES) for name in pair}
 class StatedOptics:
     """Optics of one or two cameras as a file states them."""
 
-    cameras: tuple[dict, ...]  # sizes, fx_px, fy_px, cx_px, cy_px, distortion of each
+    cameras: tuple[dict, ...]  # width_px, height_px, fx_px, fy_px, cx_px, cy_px, distortion of each
     second_from_first: NDArray | None = None  # (4, 4) [m], where there are two
     # Camera and baseline [m] of a pair that the file says how to rectify.
     rectified: tuple[dict, float] | None = None
