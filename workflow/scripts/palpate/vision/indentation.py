@@ -18,7 +18,6 @@ from palpate.vision.probe import (
     AXIS,
     MARKER,
     QUATERNION,
-    RAW_TIP,
     TIP,
     marker_from_tip,
     marker_transforms,
@@ -29,8 +28,6 @@ from palpate.vision.probe import (
 SMALLEST_PRESS_N, LARGEST_ANGLE_DEG = 0.2, 60.0
 # Of the torque's noise, of the weight and of the tip's place; the study's captures have 0.4 mm.
 LEVER_ERROR_M = 0.005
-# Times a second of a path by poses from elsewhere, about: more tell hardly more of an indentation.
-PATH_HZ = 50.0
 PATH = ["frame", "time_s", "inliers", ALONG_STD, *QUATERNION, *MARKER, *TIP]
 
 
@@ -68,9 +65,7 @@ def capture_path(
     """
     path = poses
     if (Path(folder) / POSES).is_file():
-        path = _at_own_rate(Path(folder), record, poses, sensor, probe)
-        step_s = float(path["time_s"].diff().median())
-        options = options.changed(linear_window_s=min(step_s, options.linear_window_s))
+        path = _at_own_rate(Path(folder), poses, sensor, probe, options.linear_window_s)
         # Force and poses are each stated against the camera's clock.
         stds = [stated_clock_std_s(sensor), said_of_base(sensor, "clock_offset_std_s")]
         sensor = dict(sensor) | {"clock_offset_std_s": float(np.hypot(*stds))}
@@ -80,13 +75,16 @@ def capture_path(
 
 
 def _at_own_rate(
-    folder: Path, record: pd.DataFrame, poses: pd.DataFrame, sensor: Mapping, probe: Mapping
+    folder: Path, poses: pd.DataFrame, sensor: Mapping, probe: Mapping, window_s: float
 ) -> pd.DataFrame:
-    """Poses at the frames and between them: as many as the tracker and the force's record have."""
+    """Poses at the frames and, a window apart, between them; tips by all poses of the window.
+
+    The forces there are of the same window: of a shorter one their noise would be a depth's of
+    tenths of a millimetre where the contact begins.
+    """
     tracked, frames_s = read_poses(folder), poses["time_s"].to_numpy(float)
-    step_s = max(np.median(np.diff(of)) for of in (tracked.time_s, record["time_s"]))
-    gaps_s = np.diff(frames_s)
-    parts = np.fmax(np.fmin(np.rint(gaps_s * PATH_HZ), gaps_s // step_s), 1).astype(int)
+    step_s = float(np.median(np.diff(tracked.time_s)))
+    parts = np.fmax(np.rint(np.diff(frames_s) / max(window_s, step_s)), 1).astype(int)
     ends = zip(frames_s[:-1], frames_s[1:], parts + 1, strict=True)
     between_s = np.concatenate([np.linspace(*one)[1:-1] for one in ends])
     placed = placed_poses(tracked, between_s, sensor) if len(between_s) else []
@@ -98,11 +96,13 @@ def _at_own_rate(
         path = pd.concat([poses, more.drop(columns="frame")])
         path = path.sort_values("time_s", ignore_index=True)
     # From pose to pose, whatever is said of it.
-    tips = tracked.base_from_tracked @ marker_from_tip(probe)
+    camera_from_tracked = sensor["base"]["camera_from_base"] @ tracked.base_from_tracked
+    tips = camera_from_tracked @ marker_from_tip(probe)
     along_m = tips[:, :3, 3] @ tips[:, :3, 2].mean(axis=0)
     noise_m = FROM_MEDIAN * np.median(np.abs(np.diff(along_m, 2))) / np.sqrt(6)
-    std_m = path[ALONG_STD].clip(lower=noise_m)
-    return path.assign(**{ALONG_STD: std_m}, **dict(zip(TIP, path[RAW_TIP].T.values, strict=True)))
+    std_m = path[ALONG_STD].clip(lower=noise_m) / np.sqrt(max(window_s / step_s, 1))
+    lines_m = _local_lines(path["time_s"].to_numpy(), tracked.time_s, tips[:, :3, 3], window_s)
+    return path.assign(**{ALONG_STD: std_m}, **dict(zip(TIP, lines_m.T, strict=True)))
 
 
 def capture_wrenches(
