@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from palpate.capture.images import depth_of, read_samples
-from palpate.capture.poses import read_poses
+from palpate.capture.poses import POSES, read_poses
 from palpate.capture.tables import force_columns, read_force, read_frames
 from palpate.units import MILLIMETRES
 from palpate.yaml_files import load_yaml
@@ -27,19 +27,19 @@ FLANGE_FROM_TARGET = np.array([[1, 0, 0, -0.03], [0, 1, 0, 0.05], [0, 0, 1, 0.12
 
 
 def write_bag(capture: Path, bag: Path, sensor: Mapping, probe: Mapping) -> None:
-    """Write a capture's folder as a bag.
+    """Write a capture's folder as a bag, or a background's, of pictures alone.
 
     Parameters
     ----------
     capture : Path
-        With pictures, force.csv and probe_poses.csv.
+        With pictures; a capture's with force.csv and probe_poses.csv.
     bag : Path
         Folder that is not there yet.
     sensor, probe : mapping
         The sensor's file, with ``base``, and the probe's, with ``tracked``.
     """
-    frames, force, poses = read_frames(capture), read_force(capture), read_poses(capture)
-    base, messages = sensor["base"]["name"], Messages(ros1=False)
+    frames, base = read_frames(capture), sensor["base"]["name"]
+    messages, indented = Messages(ros1=False), (capture / POSES).is_file()
 
     def ns(time_s: float) -> int:
         return START_NS + round(time_s * NANOSECONDS)
@@ -57,15 +57,17 @@ def write_bag(capture: Path, bag: Path, sensor: Mapping, probe: Mapping) -> None
         (base, CAMERA): np.linalg.inv(sensor["base"]["camera_from_base"]),
         (CAMERA, DEPTH): np.array(sensor["depth"]["color_from_depth"]),
     }
-    found = [tf("/tf_static", min(force["time_s"].min(), poses.time_s[0]), fixed)]
-    flange = poses.base_from_tracked @ np.linalg.inv(FLANGE_FROM_TARGET)
-    moving = zip(poses.time_s, flange, strict=True)
-    found += [tf("/tf", s, {(base, FLANGE): pose}) for s, pose in moving]
-    wrench = force[list(force_columns(force.columns, probe))].to_numpy()
-    if "gauge" in probe:
-        wrench = wrench @ np.transpose(probe["gauge"]["calibration"])
-    rows = zip(map(ns, force["time_s"]), wrench, strict=True)
-    found += [("/wrench", stamp, messages.wrench(row, stamp)) for stamp, row in rows]
+    found = [tf("/tf_static", -1.0, fixed)]
+    if indented:
+        force, poses = read_force(capture), read_poses(capture)
+        flange = poses.base_from_tracked @ np.linalg.inv(FLANGE_FROM_TARGET)
+        moving = zip(poses.time_s, flange, strict=True)
+        found += [tf("/tf", s, {(base, FLANGE): pose}) for s, pose in moving]
+        wrench = force[list(force_columns(force.columns, probe))].to_numpy()
+        if "gauge" in probe:
+            wrench = wrench @ np.transpose(probe["gauge"]["calibration"])
+        rows = zip(map(ns, force["time_s"]), wrench, strict=True)
+        found += [("/wrench", stamp, messages.wrench(row, stamp)) for stamp, row in rows]
     for kind, frame in (("color", CAMERA), ("depth", DEPTH)):
         spec = sensor[kind]
         size = spec["height_px"], spec["width_px"]
