@@ -224,10 +224,8 @@ def object_from_table(
 def _moved(
     surface: SmoothSurface, near_m: NDArray, way_m: NDArray, centre_m: NDArray, direction: NDArray
 ) -> NDArray:
-    """Bring the near surface (k, 3) there, turned to lie on the surface as well as it can, (4, 4).
-
-    A facet's normals would not do: 5 degrees lift what is four radii away by 2 mm.
-    """
+    """Bring the near surface (k, 3) there, turned to lie on the surface as it can, (4, 4)."""
+    # A facet's normals would not do: 5 degrees lift what is four radii away by 2 mm.
     axes = axes_across(direction)
     found = np.eye(4)
     found[:3, 3] = way_m

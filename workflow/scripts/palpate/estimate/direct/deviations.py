@@ -137,10 +137,8 @@ def with_depth_errors(
 
 
 def _likeliest(gap: NDArray, spread: NDArray, alike: NDArray) -> tuple[float, float]:
-    """Multiples n and p with which gaps of covariance n^2 I + p^2 A + W W' are most likely.
-
-    In the axes of A the first two are diagonal, and W has few columns.
-    """
+    """Multiples n and p with which gaps of covariance n^2 I + p^2 A + W W' are most likely."""
+    # In the axes of A the first two are diagonal, and W has few columns.
     values, axes = np.linalg.eigh(alike)
     gap, spread = axes.T @ gap, axes.T @ spread
     variance = NOISES[:, None, None] ** 2 + PATTERNS[:, None] ** 2 * np.maximum(values, 0)
@@ -157,10 +155,7 @@ def _likeliest(gap: NDArray, spread: NDArray, alike: NDArray) -> tuple[float, fl
 def _depths_beforehand(
     indentation: DirectIndentation, of: Parameters, options: Fit
 ) -> tuple[NDArray, NDArray]:
-    """Gaps of the depths as expected beforehand, (k,) [m], and a root W (k, q) of what is added.
-
-    Unknowns add the covariance W W'.
-    """
+    """Gaps of the depths as expected beforehand, (k,) [m]; root W (k, q) of what unknowns add."""
     line, root = linearised(indentation, of), indentation.depth_root_m
     gap, slope = root @ line.depth, root @ line.depth_slope
     prior = prior_of([indentation], options)

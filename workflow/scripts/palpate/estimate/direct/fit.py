@@ -74,11 +74,7 @@ def _blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) 
 
 @dataclass(frozen=True)
 class _Joint:
-    """Captures with their deviations, and what unknowns of all of them cost.
-
-    A vector of unknowns holds (log E, nu, q, m, gain, fractions), and what each capture has for
-    itself.
-    """
+    """Captures with their deviations, and what unknowns of all of them and of each cost."""
 
     indentations: tuple[DirectIndentation, ...]
     options: Fit

@@ -227,10 +227,8 @@ def _ends(best: Solution, low: float, high: float) -> NDArray:
 
 
 def _star_by_nu(std: NDArray, nu: float) -> tuple[float, float]:
-    """Slope of log E* by nu, and its variance beside that, by the deviations (7,) of all.
-
-    Of G = E* (1 - nu)/2 the variances of three give the covariance of two.
-    """
+    """Slope of log E* by nu, and its variance beside that, by the deviations (7,) of all."""
+    # Of G = E* (1 - nu)/2 the variances of three give the covariance of two.
     shear = NAMES.index(SHEAR)
     of_star, of_nu, of_G = np.maximum(std[[STAR, POISSON, shear]] ** 2, 1e-300)
     by_nu, most = over_star_by_nu(nu)[shear], np.sqrt(of_star / of_nu)
