@@ -98,19 +98,21 @@ def estimates_of(
     changes : sequence of callable
         What is made of each capture before.
     """
-    folders = [results / sensor / name for sensor, names in captures.items() for name in names]
-    points = [folder.name.split("-")[0] for folder in folders]
-    templates = (declared / "template.ply", results / "template.ply")
-    inputs = SimpleNamespace(
-        object=declared / "object.yaml",
-        template=next(path for path in templates if path.is_file()),
-        tables=[str(results / f"indentation-{point}.npz") for point in points],
-        paths=[str(folder / "path.csv") for folder in folders],
-        clocks=[str(folder / "clock.json") for folder in folders],
-        motions=[str(folder / "motion.npz") for folder in folders],
-        alignments=[str(folder / "alignment.json") for folder in folders],
-    )
-    read = read_indentations(inputs, PROBE, {}, options)
+    read, templates = [], (declared / "template.ply", results / "template.ply")
+    for sensor, names in captures.items():
+        folders = [results / sensor / name for name in names]
+        points = [name.split("-")[0] for name in names]
+        inputs = SimpleNamespace(
+            object=declared / "object.yaml",
+            template=next(path for path in templates if path.is_file()),
+            tables=[str(results / f"indentation-{point}.npz") for point in points],
+            paths=[str(folder / "path.csv") for folder in folders],
+            clocks=[str(folder / "clock.json") for folder in folders],
+            motions=[str(folder / "motion.npz") for folder in folders],
+            alignments=[str(folder / "alignment.json") for folder in folders],
+        )
+        spec = yaml.safe_load((ROOT / f"config/sensors/{sensor}.yaml").read_text())
+        read += read_indentations(inputs, PROBE, spec, options)
     known, radius = ProbeUncertainty.of(PROBE), PROBE["indenter"]["radius_m"]
     return [
         estimate_direct([change(one) for one in read], options, known, radius_m=radius)

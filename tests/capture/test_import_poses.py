@@ -8,6 +8,7 @@ import pytest
 import yaml
 from bag_writing import COLOR_FRAME, NANOSECONDS, Messages, camera_messages, stand_in, write_bag
 from import_help import assert_like, bring, read_spec, rejected, sqlite3
+from palpate.__main__ import main
 from palpate.capture.importing.pose_files import read_pose_file
 from palpate.capture.poses import read_poses
 from palpate.capture.tables import read_frames
@@ -250,3 +251,25 @@ def test_a_trackers_file_beside_a_recording(film, tmp_path):
     found = read_poses(tmp_path / "raw/block/camera/09")
     assert (found.base, found.tracked) == ("b", "probe")
     np.testing.assert_allclose(found.time_s, times - film.color_ns[0] / NANOSECONDS, atol=1e-5)
+
+
+def test_files_begun_by_the_command_are_filled_in_by_the_imports(film, tmp_path, monkeypatch):
+    """Background first: where the base is, an indentation's transforms say."""
+    (tmp_path / "config").mkdir()
+    monkeypatch.chdir(tmp_path)
+    for name in ("empty", "press"):
+        (tmp_path / name).mkdir()
+    empty = robot(tmp_path / "empty", film, [("/tf_static", 0.0, STATIC)])
+    press = robot(tmp_path / "press", film, stated())
+    assert main(["new", "block", "--sensor", "arm_cam", "--board", "none"]) == 0
+    assert main(["import", str(empty), "raw/block/arm_cam", "--background"]) == 0
+    probe = tmp_path / "config/probes/probe.yaml"
+    assert main(["import", str(press), "raw/block/arm_cam/01"]) == 1
+    probe.write_text(probe.read_text().replace("tracked: FILL_IN", "tracked: tool"))
+    assert main(["import", str(press), "raw/block/arm_cam/01"]) == 0
+    spec = yaml.safe_load((tmp_path / "config/sensors/arm_cam.yaml").read_text())
+    assert spec["color"]["encoding"] == "rgb8" and spec["base"]["name"] == "base"
+    np.testing.assert_allclose(
+        spec["base"]["camera_from_base"], CAMERA.inv().as_matrix(), atol=1e-8
+    )
+    assert "marker" not in spec

@@ -152,7 +152,6 @@ def cow(lab, root):
     assert main(["new", "toy_cow", *NAMES]) == 0
     own = root / "tests/own_object"
     path = lab / "config/sensors/bench_cam.yaml"
-    replace_in(path, "encoding: rgb8", "encoding: bayer_rggb8")
     fill_in(path, load_yaml(own / "sensors/bench_cam.yaml"))
     fill_in(lab / "config/probes/bench_probe.yaml", load_yaml(own / "probes/bench_probe.yaml"))
     path = lab / "raw/toy_cow/object.yaml"

@@ -39,8 +39,7 @@ OFFERED = {
     "probe": (("stiffness_n_m",), ("load",), ("gauge",)),
 }
 # What a depth image of each kind of sensor holds.
-ENCODINGS = {"depth": "millimetre", "structured_light": "kinect_disparity"}
-ENCODINGS |= {"stereo": None, "cloud": None}
+ENCODINGS = {"depth": None, "structured_light": "kinect_disparity", "stereo": None, "cloud": None}
 NO_BOARD = "none"
 BOARDS = ("checkerboard", "charuco", "aprilgrid", NO_BOARD)
 
@@ -67,9 +66,11 @@ def _new(options: argparse.Namespace) -> None:
     )
     encoding = ENCODINGS[options.kind]
     depth = {"depth": {"encoding": encoding}} if encoding else {}
+    if options.kind == "depth":  # an import fills them in
+        depth = {"color": {"encoding": FILL_IN}, "depth": {"encoding": FILL_IN}}
     camera, probe = {"marker": {}}, {"marker": {}, "exclusion": {"board_radius_m": FILL_IN}}
     if options.board == NO_BOARD or options.kind == "cloud":
-        camera, probe = {"base": {}}, {"tracked": FILL_IN}
+        camera, probe = {"base": {"name": FILL_IN}}, {"tracked": FILL_IN}
     elif options.board != BOARDS[0]:
         probe["marker"]["kind"] = options.board
     template = {"template": {"file": "template.ply"}}
@@ -90,15 +91,16 @@ def _new(options: argparse.Namespace) -> None:
 
 def _next_steps(folder: Path, captures: Path, blanks: list[str]) -> Iterator[str]:
     yield "next:"
-    yield f"  1. replace each {FILL_IN} in {', '.join(blanks)}"
+    yield f"  1. replace each {FILL_IN} in {', '.join(blanks)} (an import fills in the camera's)"
     yield f"  2. put the object's closed surface into {folder / 'template.ply'}"
     yield (
-        f"  3. record the empty scene into {captures / BACKGROUND} and each press into"
-        f" {captures}/<point>, or make them of recordings (this fills in the camera's file too):"
+        f"  3. record the empty scene into {captures / BACKGROUND} and each indentation into"
+        f" {captures}/<point>, or import them: palpate import <recording> {captures} --background;"
         f" palpate import <recording> {captures}/<point>"
     )
     yield f"  4. palpate check {folder}"
-    yield f"  5. .venv/bin/snakemake -j2 --config only={folder.name}"
+    yield f"  5. palpate direct {folder} --fast; with tables, figures and a page:"
+    yield f"     .venv/bin/snakemake -j2 --config only={folder.name}"
 
 
 def _written(path: Path, kind: str, known: Mapping) -> str:

@@ -32,6 +32,7 @@ from palpate.capture.importing.tum import (
 from palpate.capture.importing.write import import_recording
 from palpate.capture.tables import FORCE, GAUGE_COLUMNS, WRENCH_COLUMNS, read_table
 from palpate.commands.help import add_verb
+from palpate.config.model import FILL_IN
 from palpate.config.probe import PARTS
 from palpate.config.sensor import HAND_EYE
 from palpate.yaml_files import load_yaml
@@ -77,12 +78,17 @@ def _with_frames(request: Request) -> bool:
     """Whether poses count; their frames are named as the probe's and the sensor's files do."""
     name = _stated(request.folder.parents[1] / "object.yaml").get("probe")
     probes = found_folder("probes", None, request.folder) or PLACES["probes"]
-    probe, placed = _stated(probes / f"{name}.yaml"), _stated(request.sensor_file).get("base")
+    path, placed = probes / f"{name}.yaml", _stated(request.sensor_file).get("base")
+    probe = _stated(path)
     asked = request.poses or request.base or request.tracked or request.folder.name == HAND_EYE
-    if request.base is None and isinstance(placed, Mapping):
+    if request.base is None and isinstance(placed, Mapping) and placed.get("name") != FILL_IN:
         request.base = placed.get("name")
     request.tracked = request.tracked or probe.get("tracked")
-    return bool(asked or ("tracked" in probe and "marker" not in probe))
+    with_poses = bool(asked or ("tracked" in probe and "marker" not in probe))
+    if request.tracked == FILL_IN and with_poses and not request.background:
+        expected = "the frame of the probe as the recording names it"
+        raise mismatch(f"{path}: tracked", expected, "nothing filled in yet")
+    return with_poses
 
 
 def _stated(path: Path) -> Mapping:

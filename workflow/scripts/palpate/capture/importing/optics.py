@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from palpate.capture.images import COUNTS
 from palpate.capture.importing.pixels import METRES, Form
-from palpate.capture.importing.recording import Content, Request, mismatch, named
-from palpate.config.model import blank_fields, problems
+from palpate.capture.importing.recording import Content, Request, is_capture, mismatch, named
+from palpate.config.model import FILL_IN, blank_fields, problems
 from palpate.config.sensor import COEFFICIENTS, SensorSpec
 from palpate.units import MILLIMETRES
 from palpate.yaml_files import load_yaml
@@ -157,11 +157,15 @@ def sensor_of(request: Request, content: Content, rate_hz: float) -> tuple[dict,
     path, spec, written = request.sensor_file, _stated(request, content, rate_hz), None
     if path.exists():
         written = load_yaml(path)
-        spec = SensorSpec.plain(_filled_in(written, spec))
+        known = {name: value for name, value in spec.items() if name in (written or ())}
+        spec = SensorSpec.plain(_filled_in(written, known))
     elif content.cameras is None:
         expected = "a sensor file, or optics in the recording (camera_info, --intrinsics)"
         raise mismatch(f"{path}: file", expected, "neither")
-    if lines := problems(SensorSpec, spec, str(path)):
+    lines = problems(SensorSpec, spec, str(path))
+    if not is_capture(request.folder):  # where poses' base is, an import of a capture says
+        lines = [line for line in lines if not line.startswith(f"{path}: base.")]
+    if lines:
         raise ValueError(lines[0])
     if path.exists():
         with named(path):
@@ -194,7 +198,10 @@ def _stated(request: Request, content: Content, rate_hz: float) -> dict:
 def _filled_in(written: object, stated: object) -> object:
     """A file's content with what is left to fill in taken from the recording."""
     if isinstance(written, Mapping) and isinstance(stated, Mapping):
-        return {k: _filled_in(v, stated[k]) if k in stated else v for k, v in written.items()}
+        found = {k: _filled_in(v, stated[k]) if k in stated else v for k, v in written.items()}
+        # What a filled value needs beside it, as counts need their size.
+        blanks = [name for name, value in written.items() if value == FILL_IN]
+        return dict(stated) | found if blanks else found
     return stated if blank_fields(written) else written
 
 

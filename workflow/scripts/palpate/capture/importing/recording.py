@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from palpate.capture.check_capture import FEWEST_FRAMES
+from palpate.capture.discover import BACKGROUND, NOT_OBJECTS
 from palpate.capture.tables import WRENCH_COLUMNS, sampled_s
 from palpate.yaml_files import one_line
 
@@ -104,6 +105,11 @@ def shown(text: object) -> str:
     """A name out of a recording as it can be printed: no control characters, and not too long."""
     plain = "".join(letter if letter.isprintable() else "?" for letter in str(text))
     return plain if len(plain) <= LONGEST_NAME else plain[:LONGEST_NAME] + "..."
+
+
+def is_capture(folder: Path) -> bool:
+    """Whether a folder to make is a capture's, and no background's or a sensor's recording."""
+    return folder.name != BACKGROUND and folder.parents[1].name != NOT_OBJECTS[0]
 
 
 def mismatch(field: object, expected: object, found: object) -> ValueError:

@@ -18,7 +18,7 @@ from palpate.capture.check_capture import (
     check_capture,
     check_images,
 )
-from palpate.capture.discover import BACKGROUND, NOT_OBJECTS
+from palpate.capture.discover import BACKGROUND
 from palpate.capture.experiments import check_tracked
 from palpate.capture.files import whole_folder, write_text
 from palpate.capture.images import count_m, write_image
@@ -34,6 +34,7 @@ from palpate.capture.importing.recording import (
     Recording,
     Request,
     frames_of,
+    is_capture,
     mismatch,
     progress,
 )
@@ -95,7 +96,7 @@ def import_recording(
         if poses:
             covered += [*poses.notes, *placed_so]
             write_poses(part, poses.record)
-        about_sensor = request.folder.parents[1].name == NOT_OBJECTS[0]
+        about_sensor = not is_capture(request.folder)
         if block and "base" not in sensor and not about_sensor:
             offered = yaml.safe_dump(block, default_flow_style=True, width=np.inf).strip()
             raise mismatch(f"{request.sensor_file}: base", f"where it is, like {offered}", "none")
