@@ -6,6 +6,7 @@ from html import escape
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.estimate.direct.options import CONFIGURED, OBSERVED
 from palpate.estimate.direct.prior import RATIO, STEPS
@@ -22,7 +23,6 @@ LEAST_SHARE, LEAST_ADVISED = 0.02, 0.1
 MOST_ADVICE = 4
 # Units that take a prefix.
 READABLE = ("m", "s", "N", "rad")
-CODE = re.compile(r"`(.+?)`")
 
 
 class Words(NamedTuple):
@@ -159,23 +159,28 @@ def bars(rows: Sequence[Mapping]) -> str:
 
     A bar is a source's share of the variance.
     """
-    shares = {name: _shares(rows, name) for name in SHOWN}
-    most = np.max(list(shares.values()), axis=0)
+    shares = _shares(rows)
+    most = shares.max(axis=0)
     order = np.argsort(-most, kind="stable")
     seen = [k for k in order if most[k] >= LEAST_SHARE]
-    lines = [_legend(rows), '<ul class="budget">', _heads()]
-    lines += [_source(rows[k], {name: part[k] for name, part in shares.items()}) for k in seen]
+    # On a narrow screen each bar has a head of its own.
+    heads = "".join(f"<span>share of {label}</span>" for label in SHOWN.values())
+    lines = [
+        _legend(rows),
+        '<ul class="budget">',
+        f'<li class="heads"><span>source</span><span>known to</span>{heads}</li>',
+        *(_source(rows[k], shares[:, k]) for k in seen),
+    ]
     if len(seen) < len(rows):
-        rest = {name: 1 - sum(part[seen]) for name, part in shares.items()}
-        lines.append(f'<li><b>all others</b><span class="size"></span>{_parts(rest)}</li>')
-    return "\n".join([*lines, "</ul>", *_advice([rows[k] for k in order], shares, order)])
+        rest = _parts(1 - shares[:, seen].sum(axis=1))
+        lines.append(f'<li><b>all others</b><span class="size"></span>{rest}</li>')
+    return "\n".join([*lines, "</ul>", *_advice(rows, shares, order)])
 
 
 def largest(rows: Sequence[Mapping]) -> str:
     """One sentence with the largest source of each quantity's doubt, and its share."""
     of: dict[str, list[str]] = {}
-    for quantity, label in SHOWN.items():
-        shares = _shares(rows, quantity)
+    for label, shares in zip(SHOWN.values(), _shares(rows), strict=True):
         at = int(np.argmax(shares))
         name = SOURCES[rows[at]["source"]].name
         of.setdefault(name, []).append(f"{100 * shares[at]:.0f} % of {label}")
@@ -183,9 +188,10 @@ def largest(rows: Sequence[Mapping]) -> str:
     return f"What limits it most, by its share of the variance: {told}."
 
 
-def _shares(rows: Sequence[Mapping], name: str) -> np.ndarray:
-    squares = np.array([row[name] for row in rows]) ** 2
-    return squares / max(squares.sum(), 1e-300)
+def _shares(rows: Sequence[Mapping]) -> NDArray:
+    """Parts of the variance of each quantity that is shown, by source (q, n)."""
+    squares = np.array([[row[name] for row in rows] for name in SHOWN]) ** 2
+    return squares / np.maximum(squares.sum(axis=1, keepdims=True), 1e-300)
 
 
 def _legend(rows: Sequence[Mapping]) -> str:
@@ -201,31 +207,22 @@ def _legend(rows: Sequence[Mapping]) -> str:
     )
 
 
-def _heads() -> str:
-    """Heads of the columns; on a narrow screen each bar has its own."""
-    bars = "".join(f"<span>share of {label}</span>" for label in SHOWN.values())
-    return f'<li class="heads"><span>source</span><span>known to</span>{bars}</li>'
-
-
-def _source(row: Mapping, shares: Mapping[str, float]) -> str:
+def _source(row: Mapping, shares: NDArray) -> str:
     words = SOURCES[row["source"]]
     size = _size(row["standard_uncertainty"], row["unit"], words.of)
     size += f", {row['origin']}" if row["origin"] not in (CONFIGURED, OBSERVED) else ""
-    name = f'<b>{escape(words.name)}</b><span class="size">±{size}</span>'
-    return f"<li>{name}{_parts(shares)}</li>"
+    return f'<li><b>{escape(words.name)}</b><span class="size">±{size}</span>{_parts(shares)}</li>'
 
 
-def _parts(shares: Mapping[str, float]) -> str:
+def _parts(shares: NDArray) -> str:
     """A bar for each quantity."""
-    lines = []
-    for at, (name, label) in enumerate(SHOWN.items()):
-        part = 100 * float(shares[name])
-        lines.append(
-            f'<span class="bar"><span class="of">{label}</span><span class="track">'
-            f'<span class="fill q{at}" style="width:{part:.1f}%"></span></span>'
-            f'<span class="part">{part:.0f} %</span></span>'
-        )
-    return "".join(lines)
+    parts = zip(SHOWN.values(), 100 * shares, strict=True)
+    return "".join(
+        f'<span class="bar"><span class="of">{label}</span><span class="track">'
+        f'<span class="fill q{at}" style="width:{part:.1f}%"></span></span>'
+        f'<span class="part">{part:.0f} %</span></span>'
+        for at, (label, part) in enumerate(parts)
+    )
 
 
 def _size(std: float, unit: str, of: str) -> str:
@@ -237,23 +234,16 @@ def _size(std: float, unit: str, of: str) -> str:
     return f"{scale * std:.2g} {better}{f'/{per}' * bool(per)}"
 
 
-def _advice(
-    rows: Sequence[Mapping], shares: Mapping[str, np.ndarray], order: np.ndarray
-) -> list[str]:
+def _advice(rows: Sequence[Mapping], shares: NDArray, order: NDArray) -> list[str]:
     """What to do about the largest sources and for what, each sentence once."""
     found: dict[str, str] = {}
-    for row, at in zip(rows, order, strict=True):
-        helped = [SHOWN[name] for name, part in shares.items() if part[at] >= LEAST_ADVISED]
+    for at in order:
+        parts = zip(SHOWN.values(), shares[:, at], strict=True)
+        helped = [label for label, part in parts if part >= LEAST_ADVISED]
         if len(found) == MOST_ADVICE or not helped:
             break
-        words = SOURCES[row["source"]]
-        found.setdefault(words.advice, f"for {', '.join(helped)}: {words.name}")
-    items = [
-        f"<li>{_with_code(escape(told, quote=False))} <i>({escape(of)})</i></li>"
-        for told, of in found.items()
-    ]
+        words = SOURCES[rows[at]["source"]]
+        advice = re.sub("`(.+?)`", r"<code>\1</code>", escape(words.advice, quote=False))
+        found.setdefault(advice, f"for {', '.join(helped)}: {words.name}")
+    items = [f"<li>{told} <i>({escape(of)})</i></li>" for told, of in found.items()]
     return ["<h3>What to improve next</h3>", '<ol class="advice">', *items, "</ol>"]
-
-
-def _with_code(html: str) -> str:
-    return CODE.sub(r"<code>\1</code>", html)

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
+from pandas.io.json import build_table_schema
 
 from palpate.report.material_cards import PROGRAMMES
 
@@ -68,7 +69,6 @@ TITLES = {
     "probe_pose.csv": "Pose of the probe in each frame, camera frame",
     "force.csv": "Force on the object in each frame, camera frame",
 }
-SUMMARY, BUDGET, PACKAGE = "summary.csv", "uncertainty_budget.csv", "datapackage.json"
 DESCRIBED = "What each of their columns is, and its unit (a Frictionless Data Package)"
 EXPORTED = (
     "The recommended estimate as the material of a programme of finite elements, intervals and"
@@ -100,9 +100,10 @@ def data(name: str, estimates: Sequence[str], sensors: Sequence[str]) -> str:
     budget.
     """
     tables = {place: told for place, told in TITLES.items() if place.startswith("data/")}
-    tables |= {SUMMARY: TITLES[SUMMARY]}
-    tables |= {f"{sensor}/{BUDGET}": TITLES[BUDGET] for sensor in sensors}
-    tables |= {PACKAGE: DESCRIBED}
+    tables["summary.csv"] = TITLES["summary.csv"]
+    budget = "uncertainty_budget.csv"
+    tables |= {f"{sensor}/{budget}": TITLES[budget] for sensor in sensors}
+    tables["datapackage.json"] = DESCRIBED
     links = [f"- [{place}](<{place}>): {told}." for place, told in tables.items()]
     which = [f" --sensor {one}" for one in estimates] if len(estimates) > 1 else [""]
     first, *others = PROGRAMMES
@@ -112,13 +113,11 @@ def data(name: str, estimates: Sequence[str], sensors: Sequence[str]) -> str:
 
 
 def _resource(place: str, table: pd.DataFrame) -> dict:
-    path = Path(place)
-    title = TITLES.get(place) or TITLES[path.name]
     return {
         "name": NOT_A_NAME.sub("-", place.lower().removesuffix(".csv")),
         "path": place,
         "profile": "tabular-data-resource",
-        "title": title,
+        "title": TITLES.get(place) or TITLES[Path(place).name],
         "format": "csv",
         "mediatype": "text/csv",
         "encoding": "utf-8",
@@ -129,9 +128,9 @@ def _resource(place: str, table: pd.DataFrame) -> dict:
 def _field(name: str, values: pd.Series) -> dict:
     unit = next((told for end, told in UNITS.items() if name.endswith(end)), None)
     alike = next((told for kind, told in ALIKE.items() if re.fullmatch(kind, name)), None)
-    meaning = MEANINGS.get(name, alike)
-    parts = [*([meaning] if meaning else []), *([f"unit: {unit}"] if unit else [])]
-    described = {"description": "; ".join(parts)} if parts else {}
+    parts = [MEANINGS.get(name, alike), f"unit: {unit}" if unit else None]
+    told = "; ".join(filter(None, parts))
+    described = {"description": told} if told else {}
     return {"name": name, "type": "number" if unit else _type(name, values)} | described
 
 
@@ -141,8 +140,4 @@ def _type(name: str, values: pd.Series) -> str:
     # Nothing in it may be numbers or words in another object's table.
     if values.isna().all():
         return "any"
-    if pd.api.types.is_bool_dtype(values):
-        return "boolean"
-    if pd.api.types.is_integer_dtype(values):
-        return "integer"
-    return "number" if pd.api.types.is_numeric_dtype(values) else "string"
+    return build_table_schema(values.to_frame(), index=False)["fields"][0]["type"]

@@ -11,7 +11,6 @@ from palpate.estimate.direct.result import CaptureFit
 
 # Width of the rings of a profile [m].
 RING_M = 0.002
-KEYS = ("sensor", "capture")
 
 
 def force_table(
@@ -104,23 +103,21 @@ def profile_table(fits: Mapping[tuple[str, str], CaptureFit]) -> pd.DataFrame:
     found = {}
     for key, one in fits.items():
         row = int(np.argmax(one.depth_m))
-        seen = np.isfinite(one.moved_m[row])
-        samples = pd.DataFrame(
-            {
-                "distance_m": one.distance_m[seen],
-                "moved_m": one.moved_m[row, seen],
-                "fitted_moved_m": one.fitted_moved_m[row, seen],
-            }
-        )
-        samples["moved_residual_m"] = samples["moved_m"] - samples["fitted_moved_m"]
-        rings = samples.groupby((samples["distance_m"] // RING_M).astype(int), sort=True)
-        means = {name: rings[name].mean().to_numpy() for name in samples}
+        moved, fitted = one.moved_m[row], one.fitted_moved_m[row]
+        samples = {
+            "distance_m": one.distance_m,
+            "moved_m": moved,
+            "fitted_moved_m": fitted,
+            "moved_residual_m": moved - fitted,
+        }
+        samples = pd.DataFrame(samples)[np.isfinite(moved)]
+        rings = samples.groupby(samples["distance_m"] // RING_M)
         found[key] = {
-            "frame": np.full(rings.ngroups, one.frames[row]),
-            "depth_m": np.full(rings.ngroups, one.depth_m[row]),
-            "samples": rings.size().to_numpy(),
-            **means,
-            "moved_residual_std_m": rings["moved_residual_m"].std().to_numpy(),
+            "frame": one.frames[row],
+            "depth_m": one.depth_m[row],
+            "samples": rings.size(),
+            **rings.mean(),
+            "moved_residual_std_m": rings["moved_residual_m"].std(),
         }
     return _joined(found)
 
@@ -138,10 +135,8 @@ def _components(name: str, vectors: NDArray, unit: str) -> dict[str, NDArray]:
     return {f"{name}_{axis}{unit}": vectors[:, k] for k, axis in enumerate("xyz")}
 
 
-def _joined(found: Mapping[tuple[str, str], Mapping[str, NDArray]]) -> pd.DataFrame:
+def _joined(found: Mapping[tuple[str, str], Mapping]) -> pd.DataFrame:
     """One table of all captures, the first columns their sensor and name."""
-    parts = [
-        pd.DataFrame(dict(zip(KEYS, key, strict=True)) | dict(columns))
-        for key, columns in found.items()
-    ]
-    return pd.concat(parts, ignore_index=True)
+    parts = {key: pd.DataFrame(columns) for key, columns in found.items()}
+    whole = pd.concat(parts, names=["sensor", "capture"])
+    return whole.reset_index(["sensor", "capture"]).reset_index(drop=True)

@@ -36,12 +36,8 @@ COLUMNS = [
     "doubts",
     "provenance",
 ]
-# Captures of an estimate from all of an object and a sensor, and its method.
-TOGETHER, JOINT, ONE = "all", "direct_joint", "direct"
-# Of a curve: Hertz's E*; and E by the indentation table of the object's own shape.
-BY_HERTZ, BY_TABLE = "curve_hertz", "curve_table"
-DOUBTABLE = ("youngs_modulus_pa", STAR)
-UNTOLD = "a curve does not tell it"
+# Method of an estimate from all captures of an object and a sensor.
+JOINT = "direct_joint"
 
 
 def row(known: Mapping, method: str, moduli: Mapping[str, Modulus], **more: object) -> dict:
@@ -92,17 +88,17 @@ def curve_rows(curves: Sequence[Mapping], found: Sequence[Mapping]) -> Iterator[
     for curve, one in zip(curves, found, strict=True):
         hertz, doubts = one["hertz"], one["doubts"]
         ends = hertz["reduced_modulus_interval_pa"]
-        yield row(curve, BY_HERTZ, {STAR: Modulus(hertz[STAR], *ends, None, "Pa")})
+        yield row(curve, "curve_hertz", {STAR: Modulus(hertz[STAR], *ends, None, "Pa")})
         # Of what may have been read or fitted otherwise an interval says too little.
-        bounded = {columns(name)[-1]: BOUNDED for name in DOUBTABLE * bool(doubts)}
+        judged = {"youngs_modulus_verdict": BOUNDED, "reduced_modulus_verdict": BOUNDED}
         yield row(
             curve,
-            BY_TABLE,
-            {name: Modulus(**judged) for name, judged in one["moduli"].items()},
-            **bounded,
+            "curve_table",
+            {name: Modulus(**modulus) for name, modulus in one["moduli"].items()},
+            **(judged if doubts else {}),
             recommended=True,
             captures=1,
-            poisson_ratio_reason=UNTOLD,
+            poisson_ratio_reason="a curve does not tell it",
             doubts="; ".join(doubts),
             **{name: one[name] for name in LAWS[:2]},
         )
@@ -122,10 +118,9 @@ def direct_rows(
     """
     singles, joints = compared(captures, singles, groups, joints)
     for capture, found in zip(captures, singles, strict=True):
-        yield _direct_row(capture, ONE, found, recommended=False)
+        yield _direct_row(capture, "direct", found)
     for group, found in zip(groups, joints, strict=True):
-        known = {"capture": TOGETHER, "point": TOGETHER} | dict(group)
-        yield _direct_row(known, JOINT, found, recommended=True)
+        yield _direct_row({"capture": "all", "point": "all"} | dict(group), JOINT, found)
 
 
 def compared(
@@ -139,45 +134,46 @@ def compared(
     Nothing is identified of a joint estimate that others speak against.
     """
     of, found = [*captures, *groups], [*map(dict, singles), *map(dict, joints)]
+    estimated = []
+    for k, (known, one) in enumerate(zip(of, found, strict=True)):
+        joint = k >= len(captures)
+        which = "all captures" if joint else f"capture {known['capture']}"
+        name = f"{which} by {sensor_name(known['sensor'])}"
+        estimated.append(Estimated(name, {key: Modulus(**one[key]) for key in LABELS}, joint))
     for name in {each["object"] for each in groups}:
         mine = [k for k, each in enumerate(of) if each["object"] == name]
-        said = exclusions([_estimated(of[k], found[k], joint=k >= len(captures)) for k in mine])
+        said = exclusions([estimated[k] for k in mine])
         for k, lines in zip(mine, said, strict=True):
-            if lines and k >= len(captures):
-                moduli = {key: Modulus(**one) for key, one in found[k].items() if _is_modulus(one)}
-                found[k] |= {key: asdict(one) for key, one in bounded_at_best(moduli).items()}
-            found[k]["doubts"] = [*found[k]["doubts"], *lines]
+            one = found[k]
+            if lines and estimated[k].joint:
+                judged = {
+                    key: Modulus(**value)
+                    for key, value in one.items()
+                    if isinstance(value, Mapping) and "verdict" in value
+                }
+                one |= {key: asdict(value) for key, value in bounded_at_best(judged).items()}
+            one["doubts"] = [*one["doubts"], *lines]
     return found[: len(captures)], found[len(captures) :]
 
 
-def _estimated(of: Mapping, found: Mapping, *, joint: bool) -> Estimated:
-    which = "all captures" if joint else f"capture {of['capture']}"
-    moduli = {name: Modulus(**found[name]) for name in LABELS}
-    return Estimated(f"{which} by {sensor_name(of['sensor'])}", moduli, joint)
-
-
-def _is_modulus(value: object) -> bool:
-    return isinstance(value, Mapping) and "verdict" in value
-
-
-def _direct_row(known: Mapping, method: str, found: Mapping, *, recommended: bool) -> dict:
+def _direct_row(known: Mapping, method: str, found: Mapping) -> dict:
     informed = {
         f"{name.removesuffix('_pa')}_{kind}": value
         for name in INFORMED
         for kind, value in found["information"][name].items()
     }
-    law = found["law"]
-    values = (law[kind][end] for kind in ("force", "motion") for end in ("value", "std"))
+    told = {f"{kind}_law": found["law"][kind]["value"] for kind in ("force", "motion")}
+    told |= {f"{kind}_law_std": found["law"][kind]["std"] for kind in ("force", "motion")}
     residuals = {name: float(np.median([r[name] for r in found["residuals"]])) for name in SCALES}
     return row(
         known,
         method,
         {name: Modulus(**found[name]) for name in LABELS},
-        recommended=recommended,
+        recommended=method == JOINT,
         effective_depth_m=found["effective"]["depth_m"],
-        **dict(zip(LAWS, values, strict=True)),
         captures=len(found["captures"]),
         frames=sum(found["frames"]),
+        **told,
         **residuals,
         **informed,
         **({"doubts": "; ".join(found["doubts"])} if found["doubts"] else {}),

@@ -44,23 +44,18 @@ FROM_S, TO_S = 0.03, 30.0
 def make_fit(inputs: Any, params: Any) -> Figure:
     """Force and motion, seen and computed, of each sensor's captures together."""
     titles = [f"{style.sensor_name(group['sensor'])}: force" for group in params.groups]
-    return style.finished(fits(titles, map(load_fitted, inputs.fitted)), _provenances(params))
+    found = fits(titles, map(load_fitted, inputs.fitted))
+    return style.finished(found, {capture["provenance"] for capture in params.captures})
 
 
 def make_known(inputs: Any, params: Any) -> Figure:
     """What of E, nu, the law and relaxation is known, of each sensor's captures together."""
-    ends_s = [_compared_s(load_fitted(one)) for one in inputs.fitted]
+    ends_s = [
+        max(seconds_compared(one.time_s, one.tip_depth_m, one.frames) for one in fitted.values())
+        for fitted in map(load_fitted, inputs.fitted)
+    ]
     found = known([g["sensor"] for g in params.groups], read_all(inputs.joint), ends_s)
-    return style.finished(found, _provenances(params))
-
-
-def _provenances(params: Any) -> set[str]:
-    return {capture["provenance"] for capture in params.captures}
-
-
-def _compared_s(fitted: Mapping[str, CaptureFit]) -> float:
-    """How long after the touch the longest of captures was compared [s]."""
-    return max(seconds_compared(one.time_s, one.tip_depth_m, one.frames) for one in fitted.values())
+    return style.finished(found, {capture["provenance"] for capture in params.captures})
 
 
 def figure_of_estimates(estimates: Sequence[tuple[str, DirectEstimate]]) -> Figure:
@@ -100,13 +95,14 @@ def known(sensors: Sequence[str], estimates: Sequence[Mapping], ends_s: Sequence
     """
     count = len(sensors)
     figure, axes = plt.subplots(count, 3, figsize=(style.PAGE_IN, KNOWN_IN * count), squeeze=False)
-    for row, sensor, found, end_s in zip(axes, sensors, estimates, ends_s, strict=True):
-        _regions(row[0], found)
-        _law(row[1], found["law"]["force"])
-        _relaxing(row[2], found, end_s)
-        row[0].set_title(f"{style.sensor_name(sensor)}: E and nu")
-        row[1].set_title("law of the force")
-        row[2].set_title("E over time")
+    rows = zip(axes, sensors, estimates, ends_s, strict=True)
+    for (plane, law, over_time), sensor, found, end_s in rows:
+        _regions(plane, found)
+        _law(law, found["law"]["force"])
+        _relaxing(over_time, found, end_s)
+        plane.set_title(f"{style.sensor_name(sensor)}: E and nu")
+        law.set_title("law of the force")
+        over_time.set_title("E over time")
     return figure
 
 
@@ -148,9 +144,9 @@ def _by_ring(away: NDArray, std: NDArray) -> tuple[NDArray, NDArray]:
         return away, std
     edges = np.quantile(away, np.linspace(0, 1, RINGS + 1))
     ring = np.clip(np.searchsorted(edges, away, side="right"), 1, RINGS)
-    numbers = np.unique(ring)
-    means = [(away[ring == k].mean(), np.sqrt((std[ring == k] ** 2).mean())) for k in numbers]
-    return tuple(np.array(means).T)
+    rings = [ring == k for k in np.unique(ring)]
+    means = np.array([(away[one].mean(), np.sqrt((std[one] ** 2).mean())) for one in rings])
+    return means[:, 0], means[:, 1]
 
 
 def _band(axes: Axes, place: NDArray, std: NDArray) -> None:

@@ -19,11 +19,9 @@ FRAMES_NOTE = (
     "Compared are the frames in which the force has begun, to the end of the hold: those before"
     " say how the object lies at rest. The probe has to be found from the touch to the deepest."
 )
-# From here on the motion of the surface differs from the model's by much more than its noise.
-LARGE_SCALE = 3.0
 # Ratios of a recording and the largest that are good.
 RATIOS = {
-    "motion of the surface differs from the computed one, over what noise explains": LARGE_SCALE,
+    "motion of the surface differs from the computed one, over what noise explains": 3.0,
     "depth of the tip scatters, over what the probe's poses explain": RESTLESS,
     "force begins beside the surface, over how well tip and surface are known": FAR_ZERO,
 }
@@ -66,10 +64,9 @@ class Held:
 
     def seconds_to(self, depth_m: float) -> float:
         """From the touch to where the press first reaches a depth, or else its deepest [s]."""
-        depth = self.depth_m[: self.deepest + 1]
-        time = self.time_s[: self.deepest + 1]
+        depth, time = self.depth_m[: self.deepest + 1], self.time_s[: self.deepest + 1]
         reached = min(depth_m, float(depth[-1]))
-        return float(np.diff([_first(time, depth, level) for level in (0.0, reached)])[0])
+        return _first(time, depth, reached) - _first(time, depth, 0.0)
 
     @property
     def hold_s(self) -> float:
@@ -112,16 +109,15 @@ def checks_of(held: Held) -> list[Check]:
     beyond, compared = direct["frames_beyond_lookup"][0], direct["frames"][0]
     zero = abs(own["offset_m"]) / own["offset_std_m"]
     ratios = (residual["motion_scale"], residual["depth_scale"], zero)
-    judged = [(*of, x) for of, x in zip(RATIOS.items(), ratios, strict=True)]
+    judged = zip(RATIOS, RATIOS.values(), ratios, strict=True)
     found = f"{int(seen.sum())} of {len(seen)}"
-    left_out = f"{beyond} of {compared + beyond}"
-    ended = "yes" if direct["converged"] else "no"
+    left_out, ended = f"{beyond} of {compared + beyond}", direct["converged"]
     return [
         Check("probe found from touch to maximum depth", found, "all", bool(seen.all())),
         *(Check(w, f"{x:.1f} times", f"up to {most:g} times", x <= most) for w, most, x in judged),
         Check("frames too deep for what was computed, left out", left_out, "0", beyond == 0),
         *([_clocks(own)] if "camera_clock_s" in own else []),
-        Check("search for the moduli ended", ended, "yes", direct["converged"]),
+        Check("search for the moduli ended", "yes" if ended else "no", "yes", ended),
     ]
 
 
@@ -152,15 +148,13 @@ def recording(checked: Sequence[tuple[Mapping, Sequence[Check]]]) -> str:
 
 def rows(checked: Sequence[tuple[Mapping, Sequence[Check]]]) -> list[dict[str, str]]:
     """A row for each check, a column for each capture."""
-    found = []
-    for at, first in enumerate(checked[0][1]):
-        cells = {"check": first.what, "good is": first.good}
-        cells |= {
-            named(capture): f"{'✓' if checks[at].passed else '✗'} {checks[at].found}"
-            for capture, checks in checked
-        }
-        found.append(cells)
-    return found
+    found: dict[str, dict[str, str]] = {}
+    empty = dict.fromkeys((named(capture) for capture, _ in checked), "")
+    for capture, checks in checked:
+        for one in checks:
+            row = found.setdefault(one.what, {"check": one.what, "good is": one.good} | empty)
+            row[named(capture)] = f"{'✓' if one.passed else '✗'} {one.found}"
+    return list(found.values())
 
 
 def named(capture: Mapping) -> str:

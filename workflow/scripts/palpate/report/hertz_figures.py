@@ -33,22 +33,16 @@ def hertz_fits(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> Figure:
     Of the hertz.json of captures (``sensor, point, provenance``).
     """
     count = len(fits)
-    figure, axes = plt.subplots(
-        2,
-        count,
-        figsize=(max(style.COLUMN_IN, style.PAGE_IN * count / 2), 4.1),
-        height_ratios=(3, 1),
-        sharex=True,
-        sharey="row",
-        squeeze=False,
-    )
+    size = max(style.COLUMN_IN, style.PAGE_IN * count / 2), 4.1
+    look = {"height_ratios": (3, 1), "sharex": True, "sharey": "row", "squeeze": False}
+    figure, axes = plt.subplots(2, count, figsize=size, **look)
     titles = [f"{style.sensor_name(one['sensor'])}, point {one['point']}" for one in captures]
     if len(set(titles)) < count:
         titles = [f"{style.sensor_name(one['sensor'])}, {one['capture']}" for one in captures]
-    for column, title, fit in zip(axes.T, titles, fits, strict=True):
-        _fit_panel(column[0], fit)
-        _residual_panel(column[1], fit)
-        column[0].set_title(title)
+    for (above, below), title, fit in zip(axes.T, titles, fits, strict=True):
+        _fit_panel(above, fit)
+        _residual_panel(below, fit)
+        above.set_title(title)
     axes[0, 0].set_ylabel("Force (N)")
     axes[1, 0].set_ylabel("Residual (mN)")
     figure.align_ylabels(axes[:, 0])
@@ -88,9 +82,8 @@ def curve_band(fit: Mapping, depth_m: NDArray) -> tuple[NDArray, NDArray, NDArra
 
 def samples_of(fit: Mapping) -> tuple[NDArray, NDArray, slice]:
     """Depth [m] and force [N] of a hertz.json, and the samples that the fit uses."""
-    first, last = fit["range"]["first_frame"], fit["range"]["last_frame"]
-    samples = fit["samples"]
-    return np.array(samples["depth_m"]), np.array(samples["force_n"]), slice(first, last + 1)
+    used = slice(fit["range"]["first_frame"], fit["range"]["last_frame"] + 1)
+    return np.array(fit["samples"]["depth_m"]), np.array(fit["samples"]["force_n"]), used
 
 
 def recorded(axes: Axes, fit: Mapping, size: float) -> None:
@@ -124,14 +117,15 @@ def _fit_panel(axes: Axes, fit: Mapping) -> None:
     other, low, high = curve_band(fit, grid)
     x = grid * MILLIMETRES
     axes.fill_between(x, low, high, color=style.GREEN, alpha=0.25, lw=0, label="95 % band")
-    axes.plot(x, other, color=style.GREEN, label=f"contact point free, {_range(free)}")
+    ends = " to ".join(f"{end * KILOPASCALS:.1f}" for end in free["reduced_modulus_interval_pa"])
+    label = f"contact point free, E* {kilopascals(free)} ({ends}) kPa"
+    axes.plot(x, other, color=style.GREEN, label=label)
     label = f"Hertz (Eq. 5.1), E* {kilopascals(fit['study'])} kPa"
     axes.plot(x, model, color=style.BLUE, ls=(0, (5, 2)), label=label)
     recorded(axes, fit, 3.4)
     place = free["contact_depth_m"] * MILLIMETRES
-    axes.plot(
-        place, 0, "|", ms=11, mew=1.6, color=style.BLACK, label=f"contact point {_signed(place)} mm"
-    )
+    label = f"contact point {place:.2f} mm".replace("-", "\N{MINUS SIGN}")
+    axes.plot(place, 0, "|", ms=11, mew=1.6, color=style.BLACK, label=label)
     axes.legend(loc="upper left", fontsize=style.SMALL, handlelength=1.8)
     axes.set_xlim(left=-SHOWN_BEFORE_M * MILLIMETRES)
     axes.set_ylim(top=1.3 * force.max())
@@ -146,8 +140,8 @@ def _residual_panel(axes: Axes, fit: Mapping) -> None:
         look = {"ms": 3, "color": colour, "lw": 0.7, "mew": 0}
         axes.plot(depth[used] * MILLIMETRES, residual, marker=marker, **look)
     axes.axhline(0, color=style.BLACK, lw=0.6)
-    rms = [fit[name]["rms_n"] * MILLINEWTONS for name in ("study", "free_contact")]
-    text = f"rms {rms[0]:.0f} mN; contact point free {rms[1]:.0f} mN"
+    rms, rms_free = (fit[name]["rms_n"] * MILLINEWTONS for name in ("study", "free_contact"))
+    text = f"rms {rms:.0f} mN; contact point free {rms_free:.0f} mN"
     axes.set_title(text, fontsize=style.SMALL, weight="normal", pad=2)
     axes.set_xlabel("Indentation depth (mm)")
 
@@ -155,15 +149,6 @@ def _residual_panel(axes: Axes, fit: Mapping) -> None:
 def kilopascals(fit: Mapping) -> str:
     """Reduced modulus of a fit as text [kPa]."""
     return f"{fit['reduced_modulus_pa'] * KILOPASCALS:.1f}"
-
-
-def _signed(value: float) -> str:
-    return f"{value:.2f}".replace("-", "\N{MINUS SIGN}")
-
-
-def _range(free: Mapping) -> str:
-    low, high = (value * KILOPASCALS for value in free["reduced_modulus_interval_pa"])
-    return f"E* {kilopascals(free)} ({low:.1f} to {high:.1f}) kPa"
 
 
 def _curve_residuals(fit: HertzFit, axes: Axes) -> None:

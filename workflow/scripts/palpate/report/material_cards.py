@@ -1,7 +1,7 @@
 """Cards of a material for programmes of finite elements: FElupe, FEBio, Abaqus."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import escape, quoteattr
 
@@ -49,10 +49,11 @@ def felupe_card(material: Material, units: Units) -> str:
     if material.fractions:
         terms = ", ".join(f"{g:.4g} at {tau:g} s" for g, tau in _terms(material))
         told.append(f"not in it: relaxation, shares of the modulus that are lost: {terms}")
-    lines = [*(f"# {line}" for line in told), "import felupe", ""]
-    lines += [f"lam = {_number(lam)}", f"mu = {_number(mu)}"]
-    made = "felupe.NeoHookeCompressible(mu=mu) & felupe.Volumetric(bulk=lam)"
-    return "\n".join([*lines, f"material = {made}", ""])
+    head = "".join(f"# {line}\n" for line in told)
+    return (
+        f"{head}import felupe\n\nlam = {_number(lam)}\nmu = {_number(mu)}\n"
+        "material = felupe.NeoHookeCompressible(mu=mu) & felupe.Volumetric(bulk=lam)\n"
+    )
 
 
 def febio_card(material: Material, units: Units) -> str:
@@ -122,13 +123,13 @@ def _febio_terms(material: Material, kind: str, law: Sequence[str]) -> list[str]
     return [*lines, f'<elastic type="{kind}">', *(f"  {line}" for line in law), "</elastic>"]
 
 
-def _terms(material: Material) -> list[tuple[float, float]]:
-    return list(zip(material.fractions, material.times_s, strict=True))
+def _terms(material: Material) -> Iterator[tuple[float, float]]:
+    return zip(material.fractions, material.times_s, strict=True)
 
 
 def _lame(material: Material, units: Units) -> tuple[float, float]:
-    lam, mu = (units.modulus * one for one in material.lame_pa)
-    return lam, mu
+    lam_pa, mu_pa = material.lame_pa
+    return units.modulus * lam_pa, units.modulus * mu_pa
 
 
 def _number(value: float) -> str:

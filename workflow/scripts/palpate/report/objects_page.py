@@ -19,7 +19,6 @@ from palpate.units import MILLIMETRES
 
 # Coordinates are kept as whole steps of the object's extent, with room at both ends.
 LARGEST_STEP = 32_000
-NOTHING = ""
 # Of the table of moduli.
 COLUMNS = {"E": "youngs_modulus_pa", "nu": "poisson_ratio", "reduced": "reduced_modulus_pa"}
 
@@ -54,16 +53,20 @@ def view(shown: Shown) -> dict:
     """
     tracked, samples = shown.tracked, shown.fit["samples"]
     count = len(tracked.vertices_m)
-    if len(samples["force_n"]) != count:
-        found = len(samples["force_n"])
+    if (found := len(samples["force_n"])) != count:
         raise ValueError(f"samples: expected {count}, one for each frame, found {found}")
     deepest = int(shown.fit["range"]["last_frame"])
     steps, step_mm, middle_mm = in_steps(tracked)
     # Since the first frame, as the moduli are estimated.
     moved = tracked.vertices_m[deepest] - tracked.vertices_m[0]
     moved_mm = np.linalg.norm(moved, axis=1) * MILLIMETRES
+    name = shown.capture["object"].replace("_", " ").capitalize()
+    rows = moduli(shown.fit, shown.minima)
+    if (advised := shown.advised) is not None:
+        verdict = OF_NU.get(advised["poisson_ratio_verdict"], "")
+        rows = [_row(f"Recommended, by {by(advised)}", advised, verdict), *rows]
     return {
-        "title": title(shown.capture),
+        "title": f"{name}, point {shown.capture['point']}, {sensor_name(shown.capture['sensor'])}",
         "provenance": shown.capture["provenance"],
         "steps": encoded(steps, "<i2"),
         "step_mm": step_mm,
@@ -71,12 +74,12 @@ def view(shown: Shown) -> dict:
         "faces": encoded(tracked.faces, "<u4"),
         "vertices": len(tracked.template_m),
         "frames": [
-            _pressed(force, depth)
+            f"{force:.2f} N" + f", {depth * MILLIMETRES:.1f} mm deep" * (depth > 0)
             for force, depth in zip(samples["force_n"], samples["depth_m"], strict=True)
         ],
         "deepest_frame": deepest,
         "largest_mm": float(moved_mm.max().round(3)),
-        "moduli": [*recommended(shown.advised), *moduli(shown.fit, shown.minima)],
+        "moduli": rows,
     }
 
 
@@ -100,35 +103,19 @@ def in_steps(tracked: Tracked) -> tuple[NDArray, float, NDArray]:
     return np.rint((places - middle) / step).astype(int), step, middle
 
 
-def title(capture: Mapping) -> str:
-    """Name of a capture as a reader knows it."""
-    name = capture["object"].replace("_", " ").capitalize()
-    return f"{name}, point {capture['point']}, {sensor_name(capture['sensor'])}"
-
-
-def recommended(advised: Mapping | None) -> list[dict[str, str]]:
-    """Row of the recommended estimate, with what is known of nu; none where there is none."""
-    if advised is None:
-        return []
-    verdict = advised["poisson_ratio_verdict"]
-    told = {"verdict": OF_NU.get(verdict, NOTHING)}
-    return [_row(f"Recommended, by {by(advised)}", advised) | told]
-
-
 def moduli(fit: Mapping, minima: Mapping[str, Mapping]) -> list[dict[str, str]]:
     """Moduli of a capture by method, as text, with what is to be said of nu."""
     advised = fit["recommended"]
-    star = Modulus(
-        advised["reduced_modulus_pa"], *advised["reduced_modulus_interval_pa"], INTERVAL, "Pa"
-    )
+    ends = advised["reduced_modulus_interval_pa"]
+    star = Modulus(advised["reduced_modulus_pa"], *ends, INTERVAL, "Pa").cells("reduced_modulus_pa")
     rows = [
         _row("Hertz fit (Eq. 5.1)", fit["study"]),
-        _row("Recommended contact model", star.cells("reduced_modulus_pa"))
-        | {"verdict": "; ".join(advised["doubts"]) or NOTHING},
+        _row("Recommended contact model", star, "; ".join(advised["doubts"])),
     ]
     for error, minimum in minima.items():
-        row = _row(f"Minimisation, {ERROR_NAMES[error]} error", minimum)
-        rows.append(row | {"verdict": _verdict(minimum)})
+        reason = minimum["least_squares"]["length"]["unknown"]
+        verdict = minimum["profile"]["verdict"] + (f" ({reason})" if reason else "")
+        rows.append(_row(f"Minimisation, {ERROR_NAMES[error]} error", minimum, verdict))
     return rows
 
 
@@ -147,37 +134,30 @@ def page(
     as `view` gives them, and ``estimates`` as `objects_table.section` does; ``tracker`` says whose
     surfaces they are. The same views give the same page.
     """
-    data = {"tracker": tracker, "views": list(views)}
     parts = {
         "@@style@@": STYLE,
         "@@estimates@@": estimates,
         "@@plotly@@": plotly.replace("</script", "<\\/script"),
         "@@behaviour@@": behaviour,
-        "@@data@@": json.dumps(data, ensure_ascii=True).replace("<", "\\u003c"),
+        "@@data@@": as_script({"tracker": tracker, "views": list(views)}),
     }
     for place, part in parts.items():
-        if template.count(place) != 1:
-            found = template.count(place)
+        if (found := template.count(place)) != 1:
             raise ValueError(f"template: expected {place} once, found it {found} times")
         template = template.replace(place, part)
     return template
 
 
-def _pressed(force_n: float, depth_m: float) -> str:
-    depth = f", {depth_m * MILLIMETRES:.1f} mm deep" if depth_m > 0 else NOTHING
-    return f"{force_n:.2f} N{depth}"
-
-
-def _verdict(minimum: Mapping) -> str:
-    verdict, reason = minimum["profile"]["verdict"], minimum["least_squares"]["length"]["unknown"]
-    return f"{verdict} ({reason})" if reason else verdict
-
-
-def _row(method: str, found: Mapping) -> dict[str, str]:
+def _row(method: str, found: Mapping, verdict: str = "") -> dict[str, str]:
     """Row of the table of moduli; whether a bound ended the search for them."""
     moduli = {key: Modulus.of_row(found, name) for key, name in COLUMNS.items()}
-    told = {key: one.told() + bound_mark(found) for key, one in moduli.items() if one}
-    return dict.fromkeys(COLUMNS, NOTHING) | told | {"method": method, "verdict": NOTHING}
+    told = {key: one.told() + bound_mark(found) if one else "" for key, one in moduli.items()}
+    return told | {"method": method, "verdict": verdict}
+
+
+def as_script(data: Mapping) -> str:
+    """JSON that may stand in a page's script."""
+    return json.dumps(data).replace("<", "\\u003c")
 
 
 def encoded(values: NDArray, kind: str) -> str:

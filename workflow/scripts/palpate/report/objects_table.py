@@ -32,19 +32,19 @@ def section(rows: Sequence[Mapping], pages: Sequence[str] = ()) -> str:
     """
     if len(rows) < LEAST_ROWS:
         return "".join(f"<p>Results of {_named(name, pages)}</p>" for name in pages)
-    found = [Modulus.of_row(row, YOUNG) for row in rows]
-    axis = ticks([one for one in found if one])
+    young = (Modulus.of_row(row, YOUNG) for row in rows)
+    axis = ticks([one for one in young if one])
+    count = Counter(row["object"] for row in rows)
     lines = [
         BOX.replace('aria-label="Table"', 'aria-label="All objects"'),
         '<table id="estimates">',
+        f"<caption>{CAPTION}</caption>",
+        f"<thead><tr>{_heads(axis)}</tr></thead>",
+        "<tbody>",
+        *(_line(row, axis, pages, apart=count[row["object"]] > 1) for row in rows),
+        "</tbody></table></div>",
     ]
-    lines += [f"<caption>{CAPTION}</caption>", f"<thead><tr>{_heads(axis)}</tr></thead>", "<tbody>"]
-    several = [name for name, count in Counter(row["object"] for row in rows).items() if count > 1]
-    lines += [
-        _line(row, young, axis, pages, apart=row["object"] in several)
-        for row, young in zip(rows, found, strict=True)
-    ]
-    return "\n".join([*lines, "</tbody></table></div>"])
+    return "\n".join(lines)
 
 
 def ticks(found: Sequence[Modulus]) -> list[float]:
@@ -70,11 +70,17 @@ def ticks(found: Sequence[Modulus]) -> list[float]:
 def _heads(axis: Sequence[float]) -> str:
     labels = ["Object", *MODULI.values(), "Recorded with"]
     heads = [f'<th scope="col"><button type="button">{label}</button></th>' for label in labels]
-    words = "".join(
-        f'<text x="{_across(tick, axis):.1f}" y="14">{_tick(tick)}</text>' for tick in axis
-    )
-    bars = f'<th scope="col">E on one axis<br>{_drawn(words)}</th>' if axis else ""
-    return "".join([heads[0], bars, *heads[1:]])
+    if axis:
+        words = [
+            f'<text x="{_across(tick, axis):.1f}" y="14">{_tick(tick)}</text>' for tick in axis
+        ]
+        heads.insert(1, f'<th scope="col">E on one axis<br>{_drawn("".join(words))}</th>')
+    return "".join(heads)
+
+
+def _tick(value: float) -> str:
+    scale, unit = readable(value, "Pa")
+    return f"{scale * value:.3g} {unit}"
 
 
 def _named(name: str, pages: Sequence[str]) -> str:
@@ -87,19 +93,14 @@ def _words(name: str) -> str:
     return name.replace("_", " ").capitalize()
 
 
-def _line(
-    row: Mapping, young: Modulus | None, axis: Sequence[float], pages: Sequence[str], *, apart: bool
-) -> str:
+def _line(row: Mapping, axis: Sequence[float], pages: Sequence[str], *, apart: bool) -> str:
     """An estimate; its name says by which device where that tells it from others."""
-    moduli = "".join(_cell(Modulus.of_row(row, column)) for column in MODULI)
-    bar = f"<td>{_bar(young, axis)}</td>" if axis else ""
-    name = row["object"]
+    name, recorded = row["object"], escape(by(row))
     which = f'<br><span class="verdict">{escape(device(row))}</span>' if apart else ""
-    named = _named(name, pages) + which
-    head = f'<th scope="row" data-value="{escape(_words(name))}">{named}</th>'
-    recorded = escape(by(row))
-    with_what = f'<td data-value="{recorded}">{recorded}</td>'
-    return f"<tr>{head}{bar}{moduli}{with_what}</tr>"
+    head = f'<th scope="row" data-value="{escape(_words(name))}">{_named(name, pages)}{which}</th>'
+    bar = f"<td>{_bar(Modulus.of_row(row, YOUNG), axis)}</td>" if axis else ""
+    moduli = "".join(_cell(Modulus.of_row(row, column)) for column in MODULI)
+    return f'<tr>{head}{bar}{moduli}<td data-value="{recorded}">{recorded}</td></tr>'
 
 
 def _cell(modulus: Modulus | None) -> str:
@@ -135,8 +136,3 @@ def _across(value: float, axis: Sequence[float]) -> float:
     """Place of a modulus on the axis [px]."""
     share = math.log(value / axis[0]) / math.log(axis[-1] / axis[0])
     return MARGIN + share * (WIDTH - 2 * MARGIN)
-
-
-def _tick(value: float) -> str:
-    scale, unit = readable(value, "Pa")
-    return f"{scale * value:.3g} {unit}"

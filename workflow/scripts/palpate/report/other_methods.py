@@ -63,16 +63,17 @@ def _why(rows: Sequence[Mapping]) -> list[str]:
     """How far others are from what is recommended here, and why."""
     advised = [one for one in rows if one["recommended"]]
     rest = [one for one in rows if not one["recommended"]]
-    apart = [100 * (part - 1) for one in rest for part in _parts_of(one, advised)]
-    ends = dict.fromkeys(f"{end:+.0f}" for end in (min(apart), max(apart))) if apart else ()
-    here = f": here by {' to '.join(ends)} % in E*" if ends else ""
+    methods = [one["method"] for one in rest]
     told = [
         words
         for begins, words in PRESUMED.items()
-        if any(one["method"].startswith(begins) for one in rest)
+        if any(method.startswith(begins) for method in methods)
     ]
     if not told:
         return []
+    apart = [100 * (part - 1) for one in rest for part in _parts_of(one, advised)]
+    ends = dict.fromkeys(f"{end:+.0f}" for end in (min(apart), max(apart))) if apart else ()
+    here = f": here by {' to '.join(ends)} % in E*" if ends else ""
     first = f"They rest on less than the recommended estimate and differ from it{here}."
     return [" ".join([first, *told, "The recommended estimate allows for all of these."]), ""]
 
@@ -88,19 +89,14 @@ def _parts_of(one: Mapping, advised: Sequence[Mapping]) -> Iterator[float]:
 
 
 def _estimate(one: Mapping) -> dict[str, str]:
-    """Row of the table of all estimates."""
+    """Row of the table of all estimates: values, intervals, whether a bound ended the search."""
     method = METHODS.get(one["method"], one["method"].replace("_", " "))
     cells = {"method": method + " (recommended)" * bool(one["recommended"])}
-    cells |= {"of": f"{sensor_name(one['sensor'])} {one['capture']}"}
-    cells |= {LABELS[quantity]: _value(one, quantity) for quantity in COMPARED}
-    judged = {"E is": one["youngs_modulus_verdict"], "nu is": one["poisson_ratio_verdict"]}
-    return cells | {
-        head: WORDS.get(verdict, "") if isinstance(verdict, str) else ""
-        for head, verdict in judged.items()
-    }
-
-
-def _value(one: Mapping, name: str) -> str:
-    """Value with its interval; whether a bound ended the search for it."""
-    modulus = Modulus.of_row(one, name)
-    return modulus.told() + bound_mark(one) if modulus else ""
+    cells["of"] = f"{sensor_name(one['sensor'])} {one['capture']}"
+    for quantity in COMPARED:
+        modulus = Modulus.of_row(one, quantity)
+        cells[LABELS[quantity]] = modulus.told() + bound_mark(one) if modulus else ""
+    # Without a verdict it is NaN, which has no words either.
+    cells["E is"] = WORDS.get(one["youngs_modulus_verdict"], "")
+    cells["nu is"] = WORDS.get(one["poisson_ratio_verdict"], "")
+    return cells

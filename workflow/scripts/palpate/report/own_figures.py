@@ -26,7 +26,7 @@ class OwnFigure:
     def rule_params(self, own: OwnObjects) -> dict:
         """Params of its rule."""
         known = {"make": self.make, "title": self.title, "caption": self.caption}
-        return known | dict(self.params(own))
+        return known | self.params(own)
 
     def rule_outputs(self, own: OwnObjects, report: Callable, caption: str) -> dict:
         """Outputs of its rule; the picture is put into the report with a caption's template."""

@@ -33,8 +33,9 @@ class Line(NamedTuple):
 
 def make_own_moduli(inputs: Any, params: Any) -> Figure:
     """Moduli of each capture of an object, and of all captures with each sensor."""
-    files = read_all(inputs.direct), read_all(inputs.joint)
-    singles, joints = compared(params.captures, files[0], params.groups, files[1])
+    singles, joints = compared(
+        params.captures, read_all(inputs.direct), params.groups, read_all(inputs.joint)
+    )
     found = own_moduli(params.captures, singles, [g["sensor"] for g in params.groups], joints)
     return finished(found, {capture["provenance"] for capture in params.captures})
 
@@ -52,31 +53,29 @@ def own_moduli(
     """
     lines = list(_lines(captures, singles, sensors, joints))
     height = min(AROUND_IN + LINE_IN * len(lines), HIGHEST_IN)
-    figure, axes = plt.subplots(
-        1, len(QUANTITIES), figsize=(PAGE_IN, height), sharey=True, squeeze=False
-    )
-    for panel, (quantity, (label, scale)) in zip(axes[0], QUANTITIES.items(), strict=True):
+    figure, axes = plt.subplots(1, len(QUANTITIES), figsize=(PAGE_IN, height), sharey=True)
+    for panel, (quantity, (label, scale)) in zip(axes, QUANTITIES.items(), strict=True):
         for place, line in enumerate(lines):
             _draw(panel, place, line, quantity, scale)
         panel.set_xlabel(label)
         panel.set_xlim(0, GREATEST_NU if quantity == "poisson_ratio" else None)
         panel.tick_params(axis="y", length=0)
-    axes[0, 0].set_yticks(range(len(lines)), [line.label for line in lines])
-    axes[0, 0].set_ylim(len(lines) - 0.4, -0.6)
+    axes[0].set_yticks(range(len(lines)), [line.label for line in lines])
+    axes[0].set_ylim(len(lines) - 0.4, -0.6)
     return figure
 
 
 def _lines(captures, singles, sensors, joints) -> Iterator[Line]:
     """Captures of each sensor and then all of them; one alone is all of them."""
     for sensor, joint in zip(sensors, joints, strict=True):
+        name = sensor_name(sensor)
         mine = [
-            (capture["capture"], single)
+            Line(f"{name} {capture['capture']}", single, False)
             for capture, single in zip(captures, singles, strict=True)
             if capture["sensor"] == sensor
         ]
-        name = sensor_name(sensor)
         if len(mine) > 1:
-            yield from (Line(f"{name} {capture}", single, False) for capture, single in mine)
+            yield from mine
         yield Line(f"{name}, all {len(mine)}" if len(mine) > 1 else name, joint, True)
 
 

@@ -124,8 +124,16 @@ def own_page(
         *[back] * bool(overview),
         *_first_screen(title, advised, joints, held, checked, glimpses[:1], simulated=simulated),
         *_how_stiff(advised, summary, joints, held),
-        *_budgets(joints),
-        *_figures(pictures, views),
+        "<section><h2>What limits it</h2>",
+        *(
+            f"<h3>{sensor_name(sensor)}</h3>\n{budget_bars.bars(found['budget'])}"
+            for sensor, found in joints.items()
+        ),
+        "</section>",
+        "<section><h2>What was seen</h2>",
+        *(section(capture, view) for capture, view in views.items()),
+        *(figure(pictures[one], "image/png", CAPTIONS[one]) for one in pictures if one != HERTZ),
+        "</section>",
         *_recording(held, checked, glimpses),
         *others(summary, pictures),
         '<section class="screen"><h2>Data</h2>',
@@ -149,13 +157,18 @@ def _first_screen(title, advised, joints, held, checked, glimpses, *, simulated)
         # A curve beside captures takes Poisson's ratio for granted.
         beside = one["sensor"] == CURVE and bool(checked)
         lines += [words.headline(one, "For comparison" if beside else title), ""]
-        told = list(words.verdict(one))
+        told, limits = list(words.verdict(one)), []
         if one["method"] == "direct_joint":
             told.append(words.range_of(_with(one, held)))
-        lines += [" ".join(told), ""]
-        if one["method"] == "direct_joint":
-            lines += [budget_bars.largest(joints[one["sensor"]]["budget"]), ""]
-    lines += [BRACKETS, "", recording(checked), "", *_doubts(advised)]
+            limits = [budget_bars.largest(joints[one["sensor"]]["budget"]), ""]
+        lines += [" ".join(told), "", *limits]
+    lines += [BRACKETS, "", recording(checked), ""]
+    lines += [
+        f"- {sensor_name(one['sensor'])}: {doubt}."
+        for one in advised
+        if not pd.isna(one.get("doubts"))
+        for doubt in one["doubts"].split("; ")
+    ]
     yield '<section class="first"><div>'
     yield rendered("\n".join(lines))
     yield "</div>"
@@ -167,16 +180,6 @@ def _first_screen(title, advised, joints, held, checked, glimpses, *, simulated)
 def _with(one: Mapping, held: Sequence[Held]) -> list[Held]:
     """Captures of a row's sensor."""
     return [each for each in held if each.capture["sensor"] == one["sensor"]]
-
-
-def _doubts(rows: Sequence[Mapping]) -> list[str]:
-    """What speaks against an estimate beside its intervals."""
-    return [
-        f"- {sensor_name(one['sensor'])}: {doubt}."
-        for one in rows
-        if not pd.isna(one.get("doubts"))
-        for doubt in one["doubts"].split("; ")
-    ]
 
 
 def _how_stiff(advised, summary, joints, held) -> Iterator[str]:
@@ -202,24 +205,6 @@ def _how_stiff(advised, summary, joints, held) -> Iterator[str]:
         if one in given
     ]
     yield rendered("\n".join([HOLD, *meanings]))
-    yield "</section>"
-
-
-def _budgets(joints: Mapping[str, Mapping]) -> Iterator[str]:
-    """What makes the intervals, by sensor."""
-    yield "<section><h2>What limits it</h2>"
-    for sensor, found in joints.items():
-        yield f"<h3>{sensor_name(sensor)}</h3>"
-        yield budget_bars.bars(found["budget"])
-    yield "</section>"
-
-
-def _figures(pictures: Mapping[str, bytes], views: Mapping[str, Mapping]) -> Iterator[str]:
-    yield "<section><h2>What was seen</h2>"
-    yield from (section(name, one) for name, one in views.items())
-    for name, content in pictures.items():
-        if name != HERTZ:
-            yield figure(content, "image/png", CAPTIONS[name])
     yield "</section>"
 
 

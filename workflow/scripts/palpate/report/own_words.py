@@ -41,30 +41,19 @@ FURTHER = {
     "shear_modulus_pa": ("G", "E/(2 (1 + nu)): against shear"),
     "bulk_modulus_pa": ("K", "E/(3 (1 - 2 nu)): against squeezing from all sides"),
 }
-# Time after a step that this is of [s].
-AFTER_S = {"youngs_modulus_1s_pa": ONE_SECOND_S}
 
 
 def headline(row: Mapping, name: str) -> str:
     """One sentence, in Markdown, with what a recommended row of summary.csv says of an object."""
-    star, effective, young, nu = (
-        Modulus.of_row(row, key)
-        for key in (
-            "reduced_modulus_pa",
-            "effective_reduced_modulus_pa",
-            "youngs_modulus_pa",
-            "poisson_ratio",
-        )
-    )
     parts = []
-    if effective:
+    if effective := Modulus.of_row(row, "effective_reduced_modulus_pa"):
         depth = row["effective_depth_m"] * MILLIMETRES
         parts.append(f"its effective E*, {depth:.1f} mm deep and after 1 s, is {_bold(effective)}")
-    elif star:
+    elif star := Modulus.of_row(row, "reduced_modulus_pa"):
         parts.append(f"its E* at small strain is {_bold(star)}")
-    if young:
+    if young := Modulus.of_row(row, "youngs_modulus_pa"):
         parts.append(f"its Young's modulus E at once is {_bold(young)}")
-    if nu:
+    if nu := Modulus.of_row(row, "poisson_ratio"):
         parts.append(f"its Poisson's ratio nu is {_bold(nu)}")
     listed = ", ".join(parts[:-1]) + " and " * (len(parts) > 1) + parts[-1]
     return f"{name}, by {by(row)}: {listed}."
@@ -108,18 +97,17 @@ def law(place: float, std: float) -> str:
             f" {place:.2f} of the way from one to the other {interval}. E at once carries that"
             " doubt, the effective E* hardly."
         )
-    if possible == [first]:
-        told = f"near {first} law: {place:.2f} of the way to {last}"
-    elif possible == [last]:
-        told = f"near {last} law: {place:.2f} of the way from {first}"
-    elif abs(place) > FAR_LAW * std:
+    if not possible and abs(place) > FAR_LAW * std:
         return (
             f"The material-law parameter of the force is {place:.2f} {interval}, neither 0"
             f" ({first} law) nor 1 ({last}): a warning speaks against it."
         )
-    else:
-        where = "between the two" if 0 < place < 1 else "outside the two"
-        told = f"by neither {first} nor {last} law but {where}: {place:.2f} of the way"
+    where = "between" if 0 < place < 1 else "outside"
+    told = f"by neither {first} nor {last} law but {where} the two: {place:.2f} of the way"
+    if possible == [first]:
+        told = f"near {first} law: {place:.2f} of the way to {last}"
+    elif possible == [last]:
+        told = f"near {last} law: {place:.2f} of the way from {first}"
     return f"The force rises with depth {told} {interval}."
 
 
@@ -134,7 +122,7 @@ def cells(
         return None
     value, _, interval = modulus.told().partition(" (")
     sure = WORDS.get(modulus.verdict, modulus.verdict)
-    if AFTER_S.get(key, 0.0) > ends_s:
+    if key == "youngs_modulus_1s_pa" and ends_s < ONE_SECOND_S:
         sure = f"extrapolated: the captures end at {ends_s:.1f} s"
     # Of G and K without an upper end any value beyond the lower does as well.
     open_ended = key in FURTHER and modulus.high is None

@@ -1,5 +1,6 @@
 """What panels of figures are made of: an object's surface, a photograph, and the panel's name."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,6 +55,15 @@ def named(axes: Axes, letter: str, title: str = "") -> None:
     look = {"ha": "left", "va": "bottom", "fontsize": TITLE_PT}
     axes.annotate(letter, xytext=(0, 4), weight="bold", **place, **look)
     axes.annotate(title, xytext=(LETTER_PT, 4), **place, **look)
+
+
+def window(low: Sequence, high: Sequence, sizes: Sequence[int]) -> tuple[slice, slice]:
+    """Rows and columns from a place to another, x and y, within a picture's width and height."""
+    columns, rows = (
+        slice(max(int(start), 0), min(int(end) + 1, size))
+        for start, end, size in zip(low, high, sizes, strict=True)
+    )
+    return rows, columns
 
 
 def _volume(vertices: NDArray, faces: NDArray) -> float:

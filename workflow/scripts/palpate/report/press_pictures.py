@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib import colormaps
 from numpy.typing import NDArray
 
+from palpate.report.panels import window
 from palpate.units import MILLIMETRES
 from palpate.vision.camera import PinholeCamera
 
@@ -50,17 +51,17 @@ class Glimpse:
 def glimpses(frames: Frames, deepest: int, name: str) -> Iterator[Glimpse]:
     """Pictures of the deepest frame, of the first, and of that in the middle of the press."""
     middle = int(np.argmin(np.abs(frames.force_n[: deepest + 1] - frames.force_n[deepest] / 2)))
-    window = _window(frames, deepest)
+    around = _around(frames, deepest)
     said = {deepest: "deepest frame", middle: "frame nearest half the force", 0: "first frame"}
     heads = {
         k: f"{name}, {when} ({k + 1} of {len(frames.force_n)}), {frames.force_n[k]:.2f} N"
         for k, when in said.items()
     }
     for k, head in heads.items():
-        yield Glimpse(_jpeg(_outlined(frames, k), window), head, FOUND)
+        yield Glimpse(_jpeg(_outlined(frames, k), around), head, FOUND)
     for k, head in heads.items():
         count = len(frames.clouds[k].points_m)
-        yield Glimpse(_jpeg(_cloud(frames, k), window), f"{head}, {count} points", MEASURED)
+        yield Glimpse(_jpeg(_cloud(frames, k), around), f"{head}, {count} points", MEASURED)
 
 
 def _outlined(frames: Frames, frame: int) -> NDArray:
@@ -94,19 +95,14 @@ def _cloud(frames: Frames, frame: int) -> NDArray:
     return image
 
 
-def _window(frames: Frames, frame: int) -> tuple[slice, slice]:
+def _around(frames: Frames, frame: int) -> tuple[slice, slice]:
     """Rows and columns around the measured points, tip and board, with room about them."""
     tip, axis = frames.tips_m[frame], frames.axes[frame]
     points = np.vstack([frames.clouds[frame].points_m, tip, tip - BOARD_M * axis])
     places = frames.camera.project(points[np.isfinite(points).all(axis=1)])
     low, high = places.min(axis=0), places.max(axis=0)
     more = ROOM * (high - low).max()
-    sizes = (frames.camera.width_px, frames.camera.height_px)
-    columns, rows = (
-        slice(max(int(a - more), 0), min(int(b + more) + 1, size))
-        for a, b, size in zip(low, high, sizes, strict=True)
-    )
-    return rows, columns
+    return window(low - more, high + more, (frames.camera.width_px, frames.camera.height_px))
 
 
 def _rgb(photo: NDArray) -> NDArray:
@@ -114,9 +110,9 @@ def _rgb(photo: NDArray) -> NDArray:
     return cv2.cvtColor(image, cv2.COLOR_GRAY2RGB) if image.ndim == 2 else image.copy()
 
 
-def _jpeg(image: NDArray, window: tuple[slice, slice]) -> bytes:
+def _jpeg(image: NDArray, around: tuple[slice, slice]) -> bytes:
     """Window of an RGB picture, as wide as all are."""
-    part = image[window]
+    part = image[around]
     height = max(1, round(part.shape[0] * WIDTH_PX / part.shape[1]))
     larger = cv2.resize(part, (WIDTH_PX, height), interpolation=cv2.INTER_CUBIC)
     bgr = cv2.cvtColor(larger, cv2.COLOR_RGB2BGR)

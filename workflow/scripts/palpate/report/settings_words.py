@@ -1,7 +1,7 @@
 """What results rest on: versions and options of a run; probe, mesh, support, files of an object."""
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -42,14 +42,16 @@ def rests_on(
     """
     indenter, support = probe["indenter"], spec["support"]
     radius = f"{indenter['radius_m'] * MILLIMETRES:g} mm"
-    by_camera = {
-        s["sensor"]: [one for one in held if one.capture["sensor"] == s["sensor"]] for s in sensors
-    }
-    presses = [f"{sensor_name(name)}: {_presses(mine)}" for name, mine in by_camera.items() if mine]
+    cameras, presses = [], []
+    for sensor in sensors:
+        mine = [one for one in held if one.capture["sensor"] == sensor["sensor"]]
+        cameras.append(_camera(sensor, mine))
+        if mine:
+            presses.append(f"{sensor_name(sensor['sensor'])}: {_presses(mine)}")
     stands = HOLDS[support.get("contact", "bonded")]
     rows = {
         "probe": f"{probe['probe']}: {_words(indenter['shape'])} of radius {radius}",
-        "camera": "; ".join(_camera(s, by_camera[s["sensor"]]) for s in sensors),
+        "camera": "; ".join(cameras),
         "presses": "; ".join(presses),
         "object's form": f"{spec['template'].get('file', 'made of its scans')}",
         "solid mesh": f"{quality['nodes']} nodes, {quality['elements']} tetrahedra, at most"
@@ -85,8 +87,8 @@ def _presses(held: Sequence[Held]) -> str:
 def _table(one: IndentationModel) -> str:
     ratios = ", ".join(f"{ratio:g}" for ratio in one.poisson_ratios)
     deepest = one.depth_m[-1]
-    over = deepest / one.radius_m
-    return f"to {deepest * MILLIMETRES:.1f} mm ({over:.2f} radii), at nu {ratios}"
+    radii = deepest / one.radius_m
+    return f"to {deepest * MILLIMETRES:.1f} mm ({radii:.2f} radii), at nu {ratios}"
 
 
 def _between(values: Sequence[float], places: int = 1) -> str:
@@ -115,17 +117,12 @@ def _checksum(path: Path) -> str:
     if path.is_file():
         return hashlib.sha256(path.read_bytes()).hexdigest()
     whole = hashlib.sha256()
-    for file in _visible(path):
-        whole.update(f"{file.relative_to(path).as_posix()}\n".encode())
-        whole.update(hashlib.sha256(file.read_bytes()).digest())
+    for file in sorted(path.rglob("*")):
+        name = file.relative_to(path)
+        if file.is_file() and not any(part.startswith(".") for part in name.parts):
+            whole.update(f"{name.as_posix()}\n".encode())
+            whole.update(hashlib.sha256(file.read_bytes()).digest())
     return whole.hexdigest()
-
-
-def _visible(folder: Path) -> Iterator[Path]:
-    for file in sorted(folder.rglob("*")):
-        hidden = any(part.startswith(".") for part in file.relative_to(folder).parts)
-        if file.is_file() and not hidden:
-            yield file
 
 
 def _place(position_m: Sequence[float]) -> str:

@@ -1,7 +1,7 @@
 """One look for all figures, and files that are the same bytes for the same inputs."""
 
-from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from collections.abc import Collection
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import matplotlib
@@ -21,7 +21,6 @@ COLUMN_IN, PAGE_IN = 3.5, 7.2
 SMALL = 6.5
 POINTS_PER_INCH, LETTER_DEPTH_PT = 72, 1.8
 ARROW = {"arrowstyle": "-|>", "color": BLACK, "lw": 0.8, "shrinkA": 0, "shrinkB": 0}
-RESOLUTION_DPI = 300
 SETTINGS = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
@@ -42,17 +41,15 @@ SETTINGS = {
     "legend.frameon": False,
     "legend.fontsize": 7.5,
     "figure.dpi": 100,
-    "savefig.dpi": RESOLUTION_DPI,
+    "savefig.dpi": 300,
     "svg.hashsalt": "palpate",
     "svg.fonttype": "none",
 }
 
 
-@contextmanager
-def journal() -> Iterator[None]:
+def journal() -> AbstractContextManager[None]:
     """Draw in the project's style inside the block."""
-    with plt.rc_context(SETTINGS):
-        yield
+    return plt.rc_context(SETTINGS)
 
 
 def label_provenance(figure: Figure, provenances: Collection[str]) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from palpate.capture.images import Stream
 from palpate.json_fields import read_all
-from palpate.report.panels import Surface, photo_panel
+from palpate.report.panels import Surface, photo_panel, window
 from palpate.report.style import BLACK, BLUE, GREY, PAGE_IN, label_provenance, sensor_name
 from palpate.surface.pose import to_object
 from palpate.surface.tracked import load_tracked
@@ -100,13 +100,9 @@ def _near(color: Mapping, camera_from_object: NDArray, contact_m: NDArray) -> tu
     """Rows and columns around the contact, of optics that the sensor's file states."""
     x, y, z = camera_from_object[:3, :3] @ contact_m + camera_from_object[:3, 3]
     reach = AROUND_M * color["fx_px"] / z
-    at = color["cx_px"] + color["fx_px"] * x / z, color["cy_px"] + color["fy_px"] * y / z
-    sizes = color["width_px"], color["height_px"]
-    columns, rows = (
-        slice(max(int(middle - reach), 0), min(int(middle + reach) + 1, size))
-        for middle, size in zip(at, sizes, strict=True)
-    )
-    return rows, columns
+    across, down = color["cx_px"] + color["fx_px"] * x / z, color["cy_px"] + color["fy_px"] * y / z
+    low, high = (across - reach, down - reach), (across + reach, down + reach)
+    return window(low, high, (color["width_px"], color["height_px"]))
 
 
 def _shaded_panel(axes: Axes, view: TrackedView) -> None:
@@ -114,10 +110,9 @@ def _shaded_panel(axes: Axes, view: TrackedView) -> None:
     near = np.linalg.norm(view.rest_m[view.faces].mean(axis=1) - centre, axis=1) < ZOOM_M
     triangles = (view.deformed_m[view.faces[near]] - centre) * MILLIMETRES
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    light = LightSource(azdeg=225, altdeg=40)
-    shade = np.clip(light.shade_normals(_unit(normals)), 0, 1)
-    base = np.array([0.62, 0.74, 0.86])
-    colours = base * (0.45 + 0.55 * shade[:, None])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    shade = np.clip(LightSource(azdeg=225, altdeg=40).shade_normals(normals), 0, 1)
+    colours = np.array([0.62, 0.74, 0.86]) * (0.45 + 0.55 * shade[:, None])
     axes.add_collection3d(
         Poly3DCollection(triangles, facecolors=colours, edgecolors="white", linewidths=0.12)
     )
@@ -135,10 +130,9 @@ def section_panel(axes: Axes, view: TrackedView) -> None:
         (view.rest_m, GREY, (0, (4, 2)), "undeformed"),
         (view.deformed_m, BLUE, "-", "tracked"),
     ):
-        lines = [line * MILLIMETRES for line in _section(vertices, view.faces, centre)]
-        for first, (x, z) in enumerate(lines):
-            name = "_nolegend_" if first else label
-            axes.plot(x, z, color=colour, ls=style, label=name)
+        for k, line in enumerate(_section(vertices, view.faces, centre)):
+            name = "_nolegend_" if k else label
+            axes.plot(*(line * MILLIMETRES), color=colour, ls=style, label=name)
     offset = view.cloud_m - centre
     slab = (np.abs(offset[:, 1]) < SECTION_HALF_WIDTH_M) & (np.abs(offset[:, 0]) < DETAIL_M)
     points = offset[slab] * MILLIMETRES
@@ -178,7 +172,3 @@ def _closed_lines(links: NDArray) -> list[list[int]]:
             line.append(next((n for n in around if n in neighbours), line[0]))
         lines.append(line)
     return lines
-
-
-def _unit(vectors: NDArray) -> NDArray:
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

@@ -41,18 +41,15 @@ def to_markdown(table: pd.DataFrame, *, title: str, notes: Sequence[str]) -> str
 
     Moduli of a search that ended at a bound say so.
     """
-    if any(bound_mark(row) for row in table.to_dict("records")):
+    rows, marked = table.to_dict("records"), (*JUDGED, "value")
+    if any(bound_mark(row) for row in rows):
         notes = [*notes, AT_BOUND_NOTE]
-    lines = [f"# {title}", "", *(f"{note}" for note in notes), ""]
     cells = (
-        [
-            _cell(value) + bound_mark(row) * (name in (*JUDGED, "value"))
-            for name, value in row.items()
-        ]
-        for row in table.to_dict("records")
+        [_cell(value) + bound_mark(row) * (name in marked) for name, value in row.items()]
+        for row in rows
     )
-    lines += rows_of(list(table.columns), cells)
-    return "\n".join(lines) + "\n"
+    lines = [f"# {title}", "", *notes, "", *rows_of(list(table.columns), cells), ""]
+    return "\n".join(lines)
 
 
 def markdown(

@@ -1,6 +1,5 @@
 """The dent in space, to turn: the tracked surface with motions seen and computed upon it."""
 
-import json
 from collections.abc import Mapping, Sequence
 from html import escape
 
@@ -8,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.result import CaptureFit
-from palpate.report.objects_page import encoded, in_steps
+from palpate.report.objects_page import as_script, encoded, in_steps
 from palpate.surface.tracked import Tracked
 from palpate.units import FROM_MEDIAN, MILLIMETRES
 
@@ -17,14 +16,14 @@ MOST_FRAMES = 12
 # Motions beyond this part of all have the last colour.
 MOST = 98.0
 DECIMALS = 3
-TURNS = {"left": "◀", "right": "▶", "up": "▲", "down": "▼", "nearer": "+", "farther": "−"}
-NAMES = {
-    "left": "Turn left",
-    "right": "Turn right",
-    "up": "Tip up",
-    "down": "Tip down",
-    "nearer": "Zoom in",
-    "farther": "Zoom out",
+# Buttons: sign and name.
+TURNS = {
+    "left": ("◀", "Turn left"),
+    "right": ("▶", "Turn right"),
+    "up": ("▲", "Tip up"),
+    "down": ("▼", "Tip down"),
+    "nearer": ("+", "Zoom in"),
+    "farther": ("−", "Zoom out"),
 }
 TOLD = (
     "The surface that follows the camera's picture, to turn (drag, or arrow keys; + and - zoom, 0"
@@ -42,7 +41,11 @@ def view_of(tracked: Tracked, fit: CaptureFit, force_n: Sequence[float]) -> dict
     ``computed``: motions by frame and sample [mm], None where one was not compared; ``scatter_mm``:
     deviation of one from the other; ``deepest``: place of that frame among the frames.
     """
-    shown = _spread(len(fit.frames), int(np.argmax(fit.depth_m)))
+    shown, deepest = np.arange(len(fit.frames)), int(np.argmax(fit.depth_m))
+    if len(shown) > MOST_FRAMES:
+        spread = np.linspace(0, shown[-1], MOST_FRAMES - 1).round().astype(int)
+        shown = np.union1d(spread, [deepest])
+    x, y, _ = -tracked.camera_from_object[:3, :3].T @ tracked.camera_from_object[:3, 3]
     steps, step_mm, middle_mm = in_steps(tracked)
     numbers = fit.frames[shown]
     seen, computed = (MILLIMETRES * m[shown] for m in (fit.moved_m, fit.fitted_moved_m))
@@ -57,7 +60,8 @@ def view_of(tracked: Tracked, fit: CaptureFit, force_n: Sequence[float]) -> dict
         "computed": [_rounded(row) for row in computed],
         "most_mm": round(float(np.nanpercentile(np.abs(seen), MOST)), DECIMALS),
         "scatter_mm": float(FROM_MEDIAN * np.nanmedian(np.abs(seen - computed))),
-        "from_rad": _from(tracked.camera_from_object),
+        # From the object's -y axis, about the vertical.
+        "from_rad": round(float(np.arctan2(x, -y)), DECIMALS),
         "frames": [
             f"frame {k + 1} of {len(force_n)}: {force_n[k]:.2f} N, {MILLIMETRES * depth:.1f} mm"
             for k, depth in zip(numbers.tolist(), fit.depth_m[shown].tolist(), strict=True)
@@ -66,12 +70,11 @@ def view_of(tracked: Tracked, fit: CaptureFit, force_n: Sequence[float]) -> dict
     }
 
 
-def section(name: str, view: Mapping) -> str:
+def section(capture: str, view: Mapping) -> str:
     """HTML of a view (`view_of`) of a capture that own_page.js makes turn."""
-    data = json.dumps(view, ensure_ascii=True).replace("<", "\\u003c")
     buttons = "".join(
-        f'<button type="button" data-turn="{way}" aria-label="{NAMES[way]}">{sign}</button>'
-        for way, sign in TURNS.items()
+        f'<button type="button" data-turn="{way}" aria-label="{name}">{sign}</button>'
+        for way, (sign, name) in TURNS.items()
     )
     canvases = "".join(
         f'<figure><canvas tabindex="0" role="application" aria-label="{what} motion of the surface:'
@@ -80,29 +83,15 @@ def section(name: str, view: Mapping) -> str:
     )
     last, most = len(view["frames"]) - 1, view["most_mm"]
     return (
-        f'<div class="turning screen"><h3>{escape(name)}: the dent, to turn</h3>'
+        f'<div class="turning screen"><h3>{escape(capture)}: the dent, to turn</h3>'
         f'<div class="pair">{canvases}</div>'
         f'<div class="row"><label>Frame <input type="range" min="0" max="{last}" step="1"></label>'
         f'<output aria-live="polite"></output></div>'
         f'<div class="row">{buttons}<button type="button" data-turn="back">Reset view</button>'
         f'<span class="scale">−{most:.2g} mm <span class="ramp"></span> +{most:.2g} mm</span></div>'
         f'<p class="quiet">{escape(TOLD.format(scatter=view["scatter_mm"]))}</p>'
-        f'<script type="application/json">{data}</script></div>'
+        f'<script type="application/json">{as_script(view)}</script></div>'
     )
-
-
-def _spread(count: int, deepest: int) -> NDArray:
-    """Places of frames that are shown, evenly spread, the deepest among them."""
-    if count <= MOST_FRAMES:
-        return np.arange(count)
-    spread = np.linspace(0, count - 1, MOST_FRAMES - 1).round().astype(int)
-    return np.union1d(spread, [deepest])
-
-
-def _from(camera_from_object: NDArray) -> float:
-    """Direction of the camera about the vertical, from the object's -y axis."""
-    x, y, _ = -camera_from_object[:3, :3].T @ camera_from_object[:3, 3]
-    return round(float(np.arctan2(x, -y)), DECIMALS)
 
 
 def _rounded(values: NDArray) -> list[float | None]:
