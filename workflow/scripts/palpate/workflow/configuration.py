@@ -119,9 +119,9 @@ def open_run(
     used = {"sensors": {c.sensor for c in wanted}, "probes": {filmed} if experiments else set()}
     used["sensors"] |= {one.name for one in folders(raw / "sensors")} if only is None else set()
     recorded = {c.object for c in (*wanted, *curves) if not made[c.object]}
-    used["probes"] |= {run.description_of(name).get("probe") for name in recorded}
+    used["probes"] |= {run.descriptions[name].get("probe") for name in recorded}
     require_none(_wrong_devices(devices, used))
-    pressed = {(c.object, c.sensor): run.probe_of(c.object) for c in wanted}
+    pressed = {(c.object, c.sensor): run.probe_spec(c) for c in wanted}
     require_none(checks.missing_films(pressed, lab, paths, filmed))
     return run
 

@@ -101,7 +101,9 @@ class OwnObjects:
 
     def recorded(self, captures: Callable[[Any], Sequence[Described]]) -> Callable:
         """Folders of an object's captures."""
-        return lambda wildcards: self.run.recordings(captures(wildcards))
+        return lambda wildcards: [
+            self.run.raw(f"{c['object']}/{c['sensor']}/{c['capture']}") for c in captures(wildcards)
+        ]
 
     def files(self, captures: Callable[[Any], Sequence[Described]], *names: str) -> Callable:
         """Files of an object's captures, those of one capture after those of another."""

@@ -40,7 +40,7 @@ class Standing:
         kept = kept_files(name, run.sensors, probe or {}, run.paths)
         films = (run.lab or {}).get("objects", {}).get(name)
         simulated = films and spec.get("provenance", "simulated") == "simulated"
-        content = run.lab if simulated else run.fingerprint_of(run.raw(name), linked=2)
+        content = run.lab if simulated else folder_fingerprint(run.raw(name), linked=2)
         seen_by = {place.folder.name for place in sensor_folders(run.raw(name))}
         seen_by |= set((films or {}).get("recordings", {}))
         sensors = {one: run.sensors.get(one) for one in sorted(seen_by)}
