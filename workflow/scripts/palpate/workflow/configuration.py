@@ -99,7 +99,9 @@ def open_run(
     filmed = config["experiments"]["probe"]
     experiments = (raw / "sensors").is_dir() or (lab or {}).get("experiments")
     wrong += checks.dropped_experiments(raw / "sensors", sensors, lab) if only is None else []
-    wrong += checks.unknown_probe(filmed, probes, source) if experiments and filmed else []
+    if experiments and filmed and filmed not in probes:
+        known = ", ".join(sorted(probes))
+        wrong.append(f"{source}: experiments.probe: expected one of {known}, found {filmed}")
     curves = () if wrong else _curves(raw, [name for name in own if not made[name]])
     run = kind.run(
         config=config,
