@@ -46,7 +46,7 @@ for part in PARTS:
         name:
             part.name
         input:
-            film=RUN.film_of(part.name),
+            film=RUN.raw(f"sensors/{{sensor}}/{part.recording}"),
             optics=RUN.optics_of,
         output:
             fields=RUN.results(f"sensors/{{sensor}}/{part.name}.json"),

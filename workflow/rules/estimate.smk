@@ -98,7 +98,7 @@ rule surface_motion:
 
 rule direct:
     input:
-        **RUN.direct_files(RUN.one),
+        **RUN.direct_files(lambda wildcards: [wildcards.capture]),
     output:
         estimate=RUN.of_capture("direct.json"),
     log:
@@ -108,7 +108,7 @@ rule direct:
     params:
         probe=RUN.probe_spec,
         sensor=RUN.sensor_spec,
-        captures=RUN.one,
+        captures=lambda wildcards: [wildcards.capture],
         options=RUN.config["direct"]["fit"],
     message:
         "Direct estimate of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
@@ -143,7 +143,7 @@ rule curve:
     input:
         object=RUN.raw("{object}/object.yaml"),
         curve=RUN.raw("{object}/{capture}.csv"),
-        table=RUN.table_of,
+        table=lambda wildcards: RUN.table(wildcards.object, wildcards.capture),
     output:
         estimate=RUN.results("{object}/curve/{capture}/curve.json"),
     log:

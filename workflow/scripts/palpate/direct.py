@@ -101,15 +101,7 @@ def _check_table(measured: Measurement, table: IndentationModel, radius_m: float
 
 def _indentation(measured: Measurement, table: IndentationModel, options: Fit) -> DirectIndentation:
     capture, offset_s = measured.capture, measured.clock.offset_s
-    given = measured.path, capture.probe, capture.sensor
-    record = ProbeRecord.of(*given, clock_offset_s=offset_s)
+    record = ProbeRecord.of(measured.path, capture.probe, capture.sensor, clock_offset_s=offset_s)
     surface = SmoothSurface(measured.template.vertices_m, measured.template.faces)
-    return direct_indentation(
-        record,
-        measured.motion,
-        measured.alignment,
-        surface,
-        table,
-        measured.support,
-        options,
-    )
+    motion, alignment = measured.motion, measured.alignment
+    return direct_indentation(record, motion, alignment, surface, table, measured.support, options)

@@ -197,12 +197,10 @@ def _press(capture: Capture, press: Press, config: Config) -> Findings:
         onset_n=config.hertz.onset_force_n,
     )
     offset_ms, std_ms = 1e3 * press.clock.offset_s, 1e3 * press.clock.std_s
-    told = (
-        *told_of(capture.folder, known.columns),
-        f"offset of its clock {offset_ms:+.0f} +- {std_ms:.0f} ms"
-        + " as assumed: the indentation does not determine it" * (not press.clock.determined),
-    )
-    return found + Findings(found=told)
+    clock = f"offset of its clock {offset_ms:+.0f} +- {std_ms:.0f} ms"
+    if not press.clock.determined:
+        clock += " as assumed: the indentation does not determine it"
+    return found + Findings(found=(*told_of(capture.folder, known.columns), clock))
 
 
 def told_of(folder: Path, taken: Sequence[str]) -> Iterator[str]:

@@ -113,11 +113,8 @@ def fit(
         depth = depth - force / stiffness_n_m
     loading, back = phases.loading, phases.retract.stop - phases.retract.start
     reach, step = np.ptp(depth[loading]), np.median(np.abs(np.diff(depth)))
-    if (
-        not (back or loading.start)
-        or reach < LOADED * np.ptp(depth)
-        or step > LARGEST_STEP * np.ptp(depth)
-    ):
+    whole, one_way = np.ptp(depth), not (back or loading.start)
+    if one_way or reach < LOADED * whole or step > LARGEST_STEP * whole:
         return fit_curve(depth, force, setup, given)
     of_loading = None if given is None else given[loading]
     found = fit_curve(depth[loading], force[loading], setup, of_loading)
@@ -183,10 +180,8 @@ def fit_shape(
 def _curve(depth_m: ArrayLike, force_n: ArrayLike) -> tuple[NDArray, NDArray]:
     depth, force = np.asarray(depth_m, dtype=float), np.asarray(force_n, dtype=float)
     if depth.ndim != 1 or depth.shape != force.shape:
-        raise ValueError(
-            f"force_n: expected one for each of depth_m, found shapes {force.shape} and"
-            f" {depth.shape}"
-        )
+        found = f"shapes {force.shape} and {depth.shape}"
+        raise ValueError(f"force_n: expected one for each of depth_m, found {found}")
     if not (np.isfinite(depth).all() and np.isfinite(force).all()):
         raise ValueError("depth_m, force_n: expected finite numbers, found others")
     if not len(depth) or not np.ptp(depth) > 0 or not np.ptp(force) > 0:

@@ -71,18 +71,13 @@ def read_all(paths: Sequence[str]) -> list[Any]:
 
 def minima_by_key(captures: Sequence[Mapping], errors: Sequence[str], paths: Sequence[str]) -> dict:
     """Minima by (object, sensor, capture, error); the paths go by capture, then by error."""
-    keys = [
-        (capture["object"], capture["sensor"], capture["capture"], error)
-        for capture in captures
-        for error in errors
-    ]
+    keys = [(c["object"], c["sensor"], c["capture"], e) for c in captures for e in errors]
     return dict(zip(keys, read_all(paths), strict=True))
 
 
 def read_by_folder(paths: Sequence[str]) -> dict[str, dict]:
     """Read JSON files by the names of their folders, such as each object's material.json."""
-    names = [Path(path).parent.name for path in paths]
-    return dict(zip(names, read_all(paths), strict=True))
+    return {Path(path).parent.name: read_json(path) for path in paths}
 
 
 def read_one(path: str | Sequence[str]) -> dict | None:

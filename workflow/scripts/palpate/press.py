@@ -95,10 +95,8 @@ def press_of(capture: Capture, config: Config, optics: str | Path | None = None)
         Naming what was expected and found, where board, depth and force don't fit each other.
     """
     if capture.sensor.get("optics") == "calibration" and optics is None:
-        raise ValueError(
-            f"optics: expected the calibration.json that {capture.folder.parent.name}'s file asks"
-            " for, found none"
-        )
+        expected = f"the calibration.json that {capture.folder.parent.name}'s file asks for"
+        raise ValueError(f"optics: expected {expected}, found none")
     require_met(asked(capture.probe), capture.probe)
     sensor, probe = sensor_with_optics(capture.sensor, optics and str(optics)), capture.probe
     # Numbers are those of the files between the workflow's stages: one answer either way.

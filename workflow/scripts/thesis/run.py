@@ -3,11 +3,13 @@
 from collections.abc import Collection, Iterable, Mapping
 from functools import cached_property
 from os.path import isfile
+from pathlib import Path
 from typing import Any
 
 from palpate.capture.discover import CaptureId
 from palpate.workflow.run import Described, Run
 
+PROJECT = Path(__file__).resolve().parents[3]
 # Objects of the study beside its block.
 BALL, EAR = "foam_ball", "ear"
 
@@ -54,7 +56,7 @@ class StudyRun(Run):
             for name, sensors in self.study[part].items()
             for sensor, captures in sensors.items()
             for capture in captures
-            if name in self._made and CaptureId(name, sensor, capture) not in there
+            if name in self.lab_objects and CaptureId(name, sensor, capture) not in there
         ]
         known = sorted({*objects, *self.study["captures"]})
         return lines + [
@@ -76,9 +78,8 @@ class StudyRun(Run):
 
     def minima_of(self, captures: Iterable[Described]) -> list[str]:
         """Minima of those captures whose errors are minimised, by capture and then by error."""
-        known, keys = set(self.minimised), ("object", "sensor", "capture")
-        chosen = [c for c in captures if CaptureId(*(c[key] for key in keys)) in known]
-        return self.files(chosen, *self.minima)
+        known = set(self.minimised)
+        return self.files([c for c in captures if captured(c) in known], *self.minima)
 
     def with_minima(self, captures: Iterable[Described]) -> list[Described]:
         """Those of captures of earlier runs whose minima are there."""
@@ -93,6 +94,16 @@ class StudyRun(Run):
         """Options of the minimisation for an object."""
         return self.search | self.config["minimise"]["objects"].get(wildcards.object, {})
 
+    def of_project(self, name: str) -> str:
+        """A file of the project, wherever the run is."""
+        path = PROJECT / name
+        return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
+
     def published(self, table: str) -> str:
         """A table that the study prints, of the project wherever the run is."""
         return self.of_project(f"config/published/{table}.csv")
+
+
+def captured(described: Described) -> CaptureId:
+    """The capture that is described."""
+    return CaptureId(described["object"], described["sensor"], described["capture"])

@@ -10,7 +10,7 @@ from typing import Any
 from palpate.workflow.run import Described
 
 from thesis.chapter1.moduli_rules import path_to_moduli
-from thesis.run import BALL, EAR
+from thesis.run import BALL, EAR, captured
 from thesis.sensor_selections import SensorSelection
 from thesis.tracker.options import options_of
 
@@ -148,7 +148,8 @@ class Selection(SensorSelection):
 
     def simulated(self, which: str = "captures") -> list[Described]:
         """Captures whose truth the lab knows: all, or those that a method runs on."""
-        return self.run.described(which, simulated=True)
+        made = self.run.simulated
+        return [c for c in self.run.described(which) if captured(c) in made]
 
     def stepped(self) -> list[Described]:
         """Simulated captures whose steps are shown: the block's of Table 5.3, all of others."""
@@ -200,7 +201,7 @@ class Selection(SensorSelection):
 
     def templates(self) -> list[str]:
         """Template of each capture's object."""
-        return [self.run.template(capture["object"]) for capture in self.captures]
+        return [self.run.template_of(SimpleNamespace(**capture)) for capture in self.captures]
 
     def minima(self) -> list[str]:
         """Minima of captures, by capture and then by error option."""
@@ -213,7 +214,7 @@ class Selection(SensorSelection):
 
     def probes_used(self) -> list[Mapping]:
         """Probe of each capture."""
-        return [self.run.probe_of(capture["object"]) for capture in self.captures]
+        return [self.run.probe_spec(SimpleNamespace(**capture)) for capture in self.captures]
 
     def sensors_used(self) -> list[Mapping]:
         """Sensor of each capture."""

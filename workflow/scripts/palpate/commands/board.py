@@ -20,10 +20,7 @@ MARGIN_MM, TEXT_MM = 10.0, 16.0
 RULER_MM, STEP_MM = 100, 10
 MM_PER_INCH = 25.4
 # Kinds of files, and metadata without which the same sheet has the same bytes.
-KINDS = {
-    ".pdf": {"CreationDate": None, "Creator": None},
-    ".svg": {"Date": None, "Creator": None},
-}
+KINDS = {".pdf": {"CreationDate": None, "Creator": None}, ".svg": {"Date": None, "Creator": None}}
 # Of a square: margins wide enough for the corners, cells large enough to be read.
 TAG_SHARE = 0.75
 FAMILIES = {"charuco": "4X4_50", "aprilgrid": "APRILTAG_36H11"}
@@ -33,6 +30,7 @@ Write a target to print, to scale and with a ruler on it, and print the block `m
 probe's file. Print at 100 %, measure the ruler, and glue the sheet onto something flat. A target
 with tags (charuco, aprilgrid) may be hidden in part; a checkerboard may not.
 """
+EXAMPLE = "palpate board charuco --squares 7x5 --square-mm 15 --output board.pdf"
 
 
 def _board(options: argparse.Namespace) -> None:
@@ -135,14 +133,8 @@ def _ruler(axes: Any, x_mm: float, y_mm: float, board_mm: float) -> None:
 
 def add(commands: Any) -> None:
     """Add the command to a parser's."""
-    verb = add_verb(
-        commands,
-        "board",
-        "a target to print, to scale",
-        _board,
-        about=ABOUT,
-        example="palpate board charuco --squares 7x5 --square-mm 15 --output board.pdf",
-    )
+    short = "a target to print, to scale"
+    verb = add_verb(commands, "board", short, _board, about=ABOUT, example=EXAMPLE)
     verb.add_argument("kind", choices=("charuco", "aprilgrid", "checkerboard"))
     verb.add_argument("--squares", type=counts, metavar="7x5", help="along x and y")
     verb.add_argument("--tags", type=counts, metavar="4x3", help="of an aprilgrid, along x and y")

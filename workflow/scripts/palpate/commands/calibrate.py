@@ -2,7 +2,6 @@
 
 import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from functools import partial
 from math import degrees, isfinite
 from pathlib import Path
@@ -23,7 +22,7 @@ from palpate.capture.poses import POSES
 from palpate.capture.tables import FRAMES, WRENCH_COLUMNS, columns_of, read_force, read_table
 from palpate.commands import calibrate_camera
 from palpate.commands.help import add_columns, add_verb, all_sure, check_outputs, sure
-from palpate.config.model import FILL_IN, blank_fields, problems
+from palpate.config.model import FILL_IN, blank_fields
 from palpate.config.probe import ProbeSpec, TargetFile
 from palpate.units import MILLIMETRES, MILLINEWTONS
 from palpate.vision.calibrated_probe import FARTHEST_M, with_tip_at
@@ -61,7 +60,7 @@ named and left out.
 It takes a recording (a folder with frames.csv or probe_poses.csv, and force.csv), or a table with a
 row for each pose: marker_qx, marker_qy, marker_qz, marker_qw and fx_n, fy_n, fz_n, tx_nm, ty_nm,
 tz_nm. The vertical is that of the table that a recording's background/ shows, z of the base frame
-of probe_poses.csv, or --up. Recordings with images need --sensor and --board.
+of probe_poses.csv, or --up.
 """
 STIFFNESS = """\
 Find the probe's compliance between target and ball, along its axis: press the ball on something
@@ -69,7 +68,7 @@ rigid, a steel block on a table, slowly to 5 N and back within ten seconds.
 It takes a recording (a folder with frames.csv or probe_poses.csv, and force.csv), or a table in the
 order of time, as palpate hertz reads curves: how far the tip went along the probe's axis by the
 target's poses (depth_m, growing in the indentation, from any offset), and the force along it
-(force_n) at the same moments. Recordings with images need --sensor and --board.
+(force_n) at the same moments.
 """
 HAND_EYE = """\
 Find where a camera that stands is in the base frame of a robot or a tracker: fix a target to the
@@ -79,7 +78,7 @@ and the files of the sensor and of the target (target.yaml in the recording, or 
 """
 # Of a probe's file, beside its target.
 TRANSFORMS = ("marker_from_force", "force_from_tip")
-# What is printed, and what is written.
+# What is printed after the source's name, and what is written.
 Found = tuple[list[str], dict]
 
 
@@ -93,9 +92,15 @@ def _calibrate(part: Callable[..., Found], options: argparse.Namespace) -> None:
     recorded = any((source / name).is_file() for name in (FRAMES, POSES))
     if part is not _tip and source.is_dir() and not recorded:
         raise ValueError(f"{source}: frames.csv: expected a recording's, found none")
-    with _naming(options):
+    files = [str(value) for value in vars(options).values() if isinstance(value, Path)]
+    try:
         lines, fields = part(options, _probe(options))
-    print("\n".join(lines))
+    except ValueError as error:
+        # What begins with an option or a file is named already.
+        if str(error).startswith(("--", *(f"{file}{mark}" for file in files for mark in ":/"))):
+            raise
+        raise ValueError(f"{source}: {error}") from None
+    print(f"{source}: " + "\n".join(lines))
     if output is not None:
         write_json(output, fields)
         print(f"written: {output}")
@@ -108,26 +113,23 @@ def _tip(options: argparse.Namespace, probe: Mapping) -> Found:
         expected = "one for text files alone (a table's columns say theirs, a recording has metres)"
         raise ValueError(f"--unit: expected {expected}, found {options.unit}")
     if recorded:
-        table, sensor = _recording(options, probe, check_pivot)
+        table = _recording(options, probe, check_pivot)
         names, poses = [f"frame {k}" for k in table["frame"]], marker_transforms(table)
         if tracked:
             found = find_pivot(poses, names, by_camera=False)
         else:
-            found = recorded_pivot(poses, names, board_of(probe["marker"]), sensor["color"])
+            board, sensor = board_of(probe["marker"]), _sensor(options)
+            found = recorded_pivot(poses, names, board, sensor["color"])
     else:
         names, poses, lost = stated_poses(source, options.unit)
         found = find_pivot(poses, names)
-    lines = [f"{source}: {len(names)} poses, {found.kept.sum()} count", *_tip_lines(found)]
-    if lost:
-        lines.append(f"  left out, since the tracker lost its target: {', '.join(lost)}")
-    for name, off_m in found.left_out(names).items():
-        lines.append(f"  left out: {name}: {off_m * MILLIMETRES:.1f} mm off")
-    lines += [f"  {found.verdict}", *_tip_blocks(found, probe)]
-    return lines, found.fields(names, probe.get("probe"))
+    return [*_tip_report(names, lost, found, probe)], found.fields(names, probe.get("probe"))
 
 
-def _tip_lines(found: Pivot) -> Iterator[str]:
+def _tip_report(names: Sequence, lost: Sequence, found: Pivot, probe: Mapping) -> Iterator[str]:
+    """What was found; a warning where the probe's file has the tip elsewhere; blocks for it."""
     turn = ", ".join(f"{value:.1f}" for value in found.turn_deg)
+    yield f"{len(names)} poses, {found.kept.sum()} count"
     yield f"  tip {all_sure(found.tip_m, found.std_m, MILLIMETRES)} mm in the board's frame"
     yield f"  turned by {turn} degrees (root mean square, of three directions)"
     yield f"  residual: {found.rms_m * MILLIMETRES:.3f} mm (root mean square)"
@@ -136,52 +138,42 @@ def _tip_lines(found: Pivot) -> Iterator[str]:
     else:
         optics_mm = found.optics_std_m * MILLIMETRES
         yield f"  of the deviations, what the camera's optics are wrong by: {optics_mm:.2g} mm"
-
-
-def _tip_blocks(found: Pivot, probe: Mapping) -> Iterator[str]:
-    """A warning where the probe's file has the tip elsewhere, and blocks for that file."""
+    if lost:
+        yield f"  left out, since the tracker lost its target: {', '.join(lost)}"
+    for name, off_m in found.left_out(names).items():
+        yield f"  left out: {name}: {off_m * MILLIMETRES:.1f} mm off"
+    yield f"  {found.verdict}"
     if all(key in probe for key in TRANSFORMS):
         away_m = float(np.linalg.norm(found.tip_m - marker_from_tip(probe)[:3, 3]))
         if away_m > FARTHEST_M:
-            yield (
-                f"  warning: {away_m * MILLIMETRES:.0f} mm from where the file has it"
-                " (force_from_tip): another probe's file or board, or poses of another frame?"
-            )
+            away = f"{away_m * MILLIMETRES:.0f} mm from where the file has it (force_from_tip)"
+            hint = "another probe's file or board, or poses of another frame?"
+            yield f"  warning: {away}: {hint}"
     if "marker_from_force" in probe:
         transform = with_tip_at(probe | {"force_from_tip": np.eye(4)}, found.tip_m)
-        for name, rows, form in (
-            ("force_from_tip", transform["force_from_tip"], ".6f"),
-            ("tip_covariance_m2", found.covariance, ".4e"),
-        ):
-            yield from (f"{name}:", *_rows(rows, form))
+        yield from ("force_from_tip:", *_rows(transform["force_from_tip"], ".6f"))
+        yield from ("tip_covariance_m2:", *_rows(found.covariance, ".4e"))
 
 
 def _load(options: argparse.Namespace, probe: Mapping) -> Found:
     source = options.source
     up = _up(options)
     if source.is_dir():
-        table, _ = _recording(options, probe, check_with_force)
+        table = _recording(options, probe, check_with_force)
         poses = static_poses(table, read_force(source), probe)
     else:
         table = read_table(source)
         rows = [f"row {k}" for k in range(1, len(table) + 1)]
         poses = StaticPoses(rows, turns_of(table), columns_of(table, WRENCH_COLUMNS))
     found = find_payload(poses, up)
-    lines = [f"{source}: {len(poses.names)} poses, {found.kept.sum()} count", *_load_lines(found)]
-    for name, (force_n, torque_nm) in found.left_out(poses.names).items():
-        off = f"{force_n * MILLINEWTONS:.1f} mN and {torque_nm * MILLINEWTONS:.2g} mNm off"
-        lines.append(f"  left out: {name}: {off}")
-    stated = probe.get("marker_from_force")
-    if stated is not None:
-        turn = found.marker_from_force.T @ np.array(stated, dtype=float)[:3, :3]
-        apart = f"{degrees(Rotation.from_matrix(turn).magnitude()):.2f} degrees"
-        lines.append(f"  the sensor is turned by {apart} against the file's marker_from_force")
-    lines += [*(f"  {line}" for line in found.verdict), *_load_blocks(found, stated)]
+    lines = [*_load_report(poses.names, found, probe.get("marker_from_force"))]
     return lines, found.fields(poses.names, probe.get("probe"))
 
 
-def _load_lines(found: Payload) -> Iterator[str]:
+def _load_report(names: Sequence, found: Payload, stated: Sequence | None) -> Iterator[str]:
+    """What was found; blocks for the probe's file, whose transform has the sensor's place."""
     std, bias = found.std, found.bias
+    yield f"{len(names)} poses, {found.kept.sum()} count"
     yield f"  mass {sure(found.mass_kg * 1e3, std[0] * 1e3)} g"
     centre = all_sure(found.centre_of_mass_m, std[CENTRE], MILLIMETRES)
     yield f"  centre of mass {centre} mm in the sensor's frame"
@@ -190,10 +182,14 @@ def _load_lines(found: Payload) -> Iterator[str]:
     square = (found.residuals[found.kept] ** 2).reshape(-1, 2, 3)
     off = np.sqrt(square.mean(axis=(0, 2))) * MILLINEWTONS
     yield f"  residual: {off[0]:.2g} mN, {off[1]:.2g} mNm (root mean square)"
-
-
-def _load_blocks(found: Payload, stated: Sequence | None) -> Iterator[str]:
-    """Blocks for the probe's file; the sensor's place is that of the stated transform."""
+    for name, (force_n, torque_nm) in found.left_out(names).items():
+        off = f"{force_n * MILLINEWTONS:.1f} mN and {torque_nm * MILLINEWTONS:.2g} mNm off"
+        yield f"  left out: {name}: {off}"
+    if stated is not None:
+        turn = found.marker_from_force.T @ np.array(stated, dtype=float)[:3, :3]
+        apart = f"{degrees(Rotation.from_matrix(turn).magnitude()):.2f} degrees"
+        yield f"  the sensor is turned by {apart} against the file's marker_from_force"
+    yield from (f"  {line}" for line in found.verdict)
     centre = ", ".join(f"{value:.5f}" for value in found.centre_of_mass_m)
     yield from ("load:", f"  mass_kg: {found.mass_kg:.5f}", f"  mass_std_kg: {found.std[0]:.1e}")
     yield f"  centre_of_mass_m: [{centre}]"
@@ -216,7 +212,7 @@ def _hand_eye(options: argparse.Namespace, probe: Mapping) -> Found:
     shift = all_sure(found.camera_from_base[:3, 3], std_m, MILLIMETRES)
     turn = ", ".join(f"{value:.1f}" for value in found.turn_deg)
     lines = [
-        f"{source}: {found.poses} poses, {count} count",
+        f"{found.poses} poses, {count} count",
         f"  base {shift} mm in the camera's frame",
         f"  turned by {turn} degrees (root mean square, of three directions)",
         f"  residual: {found.residual_px:.2f} px (root mean square, errors of the poses included)",
@@ -239,26 +235,26 @@ def _stiffness(options: argparse.Namespace, probe: Mapping) -> Found:
         for key in TRANSFORMS if probe else ():
             if key not in probe:
                 raise ValueError(f"{options.board}: {key}: expected the probe's, found none")
-        table, _ = _recording(options, probe, check_with_force)
+        table = _recording(options, probe, check_with_force)
         read = f"{len(table)} poses"
         columns = recorded_press(table, read_force(source), probe, Force())
     else:
-        read, warned, columns = _columns(options)
+        # A curve's signs are found by its shape; a way that is all noise has none.
+        export = read_export(source)
+        way = column_of(export, DEPTH, options.depth_column, options.depth_unit)
+        force = column_of(export, FORCE, options.force_column, options.force_unit)
+        columns, left_out = numbers_of([way.values, force.values])
+        read = ", ".join([*export.read, way.text, force.text])
+        read += f", {left_out} rows without a number left out" if left_out else ""
+        warned = (*export.doubts, *way.doubts, *force.doubts)
     found = find_compliance(*columns)
+    return [*_stiffness_report(read, warned, found)], found.fields(probe.get("probe"))
+
+
+def _stiffness_report(read: str, warned: Sequence[str], found: Compliance) -> Iterator[str]:
     low, high = found.force_n
-    lines = [
-        f"{source}: {found.samples} samples in contact, {low:.2g} to {high:.2g} N",
-        f"  read: {read}",
-        *_stiffness_lines(found),
-        *(f"  warning: {line}" for line in warned),
-    ]
-    # Of a probe that is stiffer than is determined the deviation alone.
-    lines += [f"stiffness_n_m: {digits(found.stiffness_n_m, 3)}"] if found.determined else []
-    lines.append(f"compliance_std_m_n: {found.file_std_m_n:.1e}")
-    return lines, found.fields(probe.get("probe"))
-
-
-def _stiffness_lines(found: Compliance) -> Iterator[str]:
+    yield f"{found.samples} samples in contact, {low:.2g} to {high:.2g} N"
+    yield f"  read: {read}"
     pairs = (found.compliance_m_n, found.compliance_std_m_n), found.bow_m, found.gap_m
     way, bow, gap = (sure(value * MILLIMETRES, error * MILLIMETRES) for value, error in pairs)
     yield f"  gives way by {way} mm per newton"
@@ -269,32 +265,11 @@ def _stiffness_lines(found: Compliance) -> Iterator[str]:
         yield "  loading or unloading alone: whether they are alike is not determined"
     yield f"  residual: {round(found.rms_m * MILLIMETRES, 5):.2g} mm (root mean square)"
     yield f"  {found.verdict}"
-
-
-def _columns(options: argparse.Namespace) -> tuple[str, Sequence[str], Sequence[NDArray]]:
-    """How the table was read, warnings of that, way [m] and force [N] with the table's signs.
-
-    A curve's signs are found by its shape; a way that is all noise has none.
-    """
-    export = read_export(options.source)
-    way = column_of(export, DEPTH, options.depth_column, options.depth_unit)
-    force = column_of(export, FORCE, options.force_column, options.force_unit)
-    columns, left_out = numbers_of([way.values, force.values])
-    read = [*export.read, way.text, force.text]
-    read += [f"{left_out} rows without a number left out"] if left_out else []
-    return ", ".join(read), (*export.doubts, *way.doubts, *force.doubts), columns
-
-
-@contextmanager
-def _naming(options: argparse.Namespace) -> Iterator[None]:
-    """Name the source in what is wrong, unless that begins with an option or another file."""
-    files = [str(value) for value in vars(options).values() if isinstance(value, Path)]
-    marks = ("--", *(f"{file}{mark}" for file in files for mark in (":", "/")))
-    try:
-        yield
-    except ValueError as error:
-        named = str(error).startswith(marks)
-        raise ValueError(f"{'' if named else f'{options.source}: '}{error}") from None
+    yield from (f"  warning: {line}" for line in warned)
+    # Of a probe that is stiffer than is determined the deviation alone.
+    if found.determined:
+        yield f"stiffness_n_m: {digits(found.stiffness_n_m, 3)}"
+    yield f"compliance_std_m_n: {found.file_std_m_n:.1e}"
 
 
 def _probe(options: argparse.Namespace) -> Mapping:
@@ -308,39 +283,31 @@ def _probe(options: argparse.Namespace) -> Mapping:
     if not isinstance(content, Mapping):
         raise ValueError(f"{path}: content: expected a block marker, found none")
     board = {"marker": content["marker"]} if "marker" in content else dict(content)
-    stated = {}
-    if "marker" in content or "tracked" not in content:
-        TargetFile.read(board, str(path))
-        stated = TargetFile.plain(board)
     known = ("probe", "tracked", *TRANSFORMS, "gauge")
     filled = {k: content[k] for k in known if k in content and not blank_fields(content[k])}
-    if lines := problems(partly(ProbeSpec), filled, str(path)):
-        raise ValueError("\n".join(lines))
-    return stated | filled
+    if "marker" in board or "tracked" not in content:
+        TargetFile.read(board, str(path))
+        filled = TargetFile.plain(board) | filled
+    partly(ProbeSpec).read({k: filled[k] for k in known if k in filled}, str(path))
+    return filled
 
 
 def _sensor(options: argparse.Namespace) -> Mapping:
     """The sensor of a recording, whose optics are stated."""
     path = options.sensor
     if path is None:
-        expected = f"the file of what {options.source} shows"
-        raise ValueError(f"--sensor: expected {expected}, found none")
+        raise ValueError(f"--sensor: expected the file of what {options.source} shows, found none")
     spec, wrong = read_device(path, "sensors")
+    if not wrong and spec.get("optics") == "calibration":
+        expected = "stated optics (a run calibrates them and the tip together)"
+        wrong = [f"{path}: optics: expected {expected}, found calibration"]
     if wrong:
         raise ValueError("\n".join(wrong))
-    if spec.get("optics") == "calibration":
-        expected = "stated optics (a run calibrates them and the tip together)"
-        raise ValueError(f"{path}: optics: expected {expected}, found calibration")
     return spec
 
 
-def _recording(
-    options: argparse.Namespace, probe: Mapping, check: Callable
-) -> tuple[pd.DataFrame, Mapping]:
-    """Poses of the target in the frames of a recording that show it, and the sensor's file.
-
-    Or the poses of a record in their base frame, and no sensor.
-    """
+def _recording(options: argparse.Namespace, probe: Mapping, check: Callable) -> pd.DataFrame:
+    """Poses of the target in a recording's frames that show it, or those of a robot's record."""
     source, tracked = options.source, (options.source / POSES).is_file()
     sensor = {} if tracked else _sensor(options)
     if not tracked and "marker" not in probe:
@@ -348,27 +315,27 @@ def _recording(
     if lines := check(source, sensor):
         raise ValueError("\n".join(lines))
     if tracked:
-        return tracked_table(source, probe), sensor
-    return board_followed(source, sensor, probe["marker"], ProbePose()), sensor
+        return tracked_table(source, probe)
+    return board_followed(source, sensor, probe["marker"], ProbePose())
 
 
 def _up(options: argparse.Namespace) -> NDArray:
     """Upwards, in the frame of the poses: the camera's, or their base, (3,)."""
-    empty = options.source / BACKGROUND
-    if options.up is None and (options.source / POSES).is_file():
+    if options.up is not None:
+        up = np.array(options.up)
+        if not (np.isfinite(up).all() and np.linalg.norm(up) > 0):
+            raise ValueError(f"--up: expected a direction, found {options.up}")
+        return up
+    if (options.source / POSES).is_file():
         return BASE_UP
-    if options.up is None and empty.is_dir():
-        from palpate.vision.clouds import table_of
-        from palpate.workflow.options import Config
-
-        config = Config()
-        return table_of(empty, _sensor(options), config.support_plane, seed=config.seed)[:3]
-    if options.up is None:
+    empty = options.source / BACKGROUND
+    if not empty.is_dir():
         raise ValueError("--up: expected it, or a recording with background/, found none")
-    up = np.array(options.up)
-    if not (np.isfinite(up).all() and np.linalg.norm(up) > 0):
-        raise ValueError(f"--up: expected a direction, found {options.up}")
-    return up
+    from palpate.vision.clouds import table_of
+    from palpate.workflow.options import Config
+
+    config = Config()
+    return table_of(empty, _sensor(options), config.support_plane, seed=config.seed)[:3]
 
 
 def _rows(matrix: Sequence, form: str, indent: str = "  ") -> Iterator[str]:
@@ -384,30 +351,24 @@ def add(commands: Any) -> None:
     )
     parts = verb.add_subparsers(required=True, metavar="part", title="parts")
     calibrate_camera.add(parts)
-    tip = _part(parts, "tip", "where the ball is on the probe", _tip, TIP,
-        "pivot --sensor sensors/d435.yaml --board probes/ball.yaml")  # fmt: skip
+    shared = argparse.ArgumentParser(add_help=False)
+    shared.add_argument("source", type=Path, metavar="SOURCE", help="recording, table or folder")
+    shared.add_argument("--sensor", type=Path, metavar="FILE", help="sensor's YAML, for images")
+    shared.add_argument("--board", type=Path, metavar="FILE", help=calibrate_camera.BOARD_HELP)
+    shared.add_argument("--output", type=Path, metavar="FILE", help="write a JSON file there too")
+    part = partial(add_verb, parts, parents=[shared])
+    tip = part("tip", "where the ball is on the probe", partial(_calibrate, _tip), about=TIP,
+        example="palpate calibrate tip pivot --sensor sensors/d435.yaml --board probes/ball.yaml",
+    )  # fmt: skip
     tip.add_argument("--unit", choices=("m", "cm", "mm"), default="m", help="of text files")
-    load = _part(parts, "load", "payload of the force sensor", _load, LOAD,
-        "poses.csv --up 0 -0.7 -0.7 --board probes/ball.yaml")  # fmt: skip
+    load = part("load", "payload of the force sensor", partial(_calibrate, _load), about=LOAD,
+        example="palpate calibrate load poses.csv --up 0 -0.7 -0.7 --board probes/ball.yaml",
+    )  # fmt: skip
     up = "upwards, in the camera's frame (x right, y down, z away) or that of probe_poses.csv"
     load.add_argument("--up", nargs=3, type=float, metavar=("X", "Y", "Z"), help=up)
-    _part(parts, "hand-eye", "a camera in a robot's base frame", _hand_eye, HAND_EYE,
-        "hand_eye --sensor sensors/d435.yaml --output hand_eye.json")  # fmt: skip
-    stiffness = _part(
-        parts, "stiffness", "what the probe gives way by", _stiffness, STIFFNESS, "press.csv"
-    )
+    part("hand-eye", "a camera in a robot's base frame", partial(_calibrate, _hand_eye),
+        about=HAND_EYE, example="palpate calibrate hand-eye hand_eye --sensor sensors/d435.yaml",
+    )  # fmt: skip
+    stiffness = part("stiffness", "what the probe gives way by", partial(_calibrate, _stiffness),
+        about=STIFFNESS, example="palpate calibrate stiffness press.csv")  # fmt: skip
     add_columns(stiffness)
-
-
-def _part(
-    parts: Any, name: str, short: str, part: Callable, about: str, example: str
-) -> argparse.ArgumentParser:
-    example, work = f"palpate calibrate {name} {example}", partial(_calibrate, part)
-    verb = add_verb(parts, name, short, work, about=about, example=example)
-    verb.add_argument("source", type=Path, metavar="SOURCE", help="recording, table or folder")
-    verb.add_argument("--sensor", type=Path, metavar="FILE", help="sensor's YAML, of a recording")
-    board = "YAML with a block marker, as palpate board prints or a probe's file has"
-    verb.add_argument("--board", type=Path, metavar="FILE", help=board)
-    written = f"write {name.replace('-', '_')}.json there too"
-    verb.add_argument("--output", type=Path, metavar="FILE", help=written)
-    return verb

@@ -43,6 +43,7 @@ camera_info. What comes out are the blocks of the sensor's file; what was found 
 """
 EXAMPLE = "palpate calibrate camera color infrared --inner-corners 9x6 --square-mm 30 --kind depth"
 KINDS = ("stereo", "depth")
+BOARD_HELP = "YAML with a block marker, as palpate board prints or a probe's file has"
 DEGREES = degrees(1)
 RECTIFIED = (
     "below is the camera of the rectified pictures (cv2.stereoRectify, alpha 0), which captures"
@@ -146,9 +147,8 @@ def _board(options: argparse.Namespace) -> FlatBoard:
     corners, square_mm = options.inner_corners, options.square_mm
     if options.board is not None:
         if corners is not None or square_mm is not None:
-            raise ValueError(
-                "--board: expected it alone, found --inner-corners or --square-mm beside"
-            )
+            found = "--inner-corners or --square-mm beside"
+            raise ValueError(f"--board: expected it alone, found {found}")
         content = load_yaml(options.board)
         if isinstance(content, Mapping) and "marker" in content:
             content = {"marker": content["marker"]}
@@ -204,14 +204,12 @@ def _pair_lines(pair: PairCalibration) -> Iterator[str]:
 
 def add(parts: Any) -> None:
     """Add the part to the command's."""
-    verb = add_verb(
-        parts, "camera", "optics of one camera or two", _camera, about=ABOUT, example=EXAMPLE
-    )
+    short = "optics of one camera or two"
+    verb = add_verb(parts, "camera", short, _camera, about=ABOUT, example=EXAMPLE)
     verb.add_argument("sources", nargs="+", type=Path, metavar="FOLDER", help="or a file")
     verb.add_argument("--inner-corners", type=counts, metavar="9x6", help="of the checkerboard")
     verb.add_argument("--square-mm", type=float, help="side of its squares")
-    board = "YAML with a block marker, as palpate board prints or a probe's file has"
-    verb.add_argument("--board", type=Path, help=board)
+    verb.add_argument("--board", type=Path, help=BOARD_HELP)
     verb.add_argument("--kind", choices=KINDS, help="of two cameras: what the second is for")
     verb.add_argument("--sensor", metavar="NAME", help="begin the file with this name")
     verb.add_argument("--size", type=counts, metavar="640x480", help="of OpenCV files without one")

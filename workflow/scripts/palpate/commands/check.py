@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -47,11 +48,10 @@ def _check(options: argparse.Namespace) -> int:
 
 def _object_file(folder: Path) -> Mapping:
     """What object.yaml says; nothing where it is none."""
-    try:
-        spec = load_yaml(folder / "object.yaml")
-    except ValueError:
-        return {}
-    return spec if isinstance(spec, Mapping) else {}
+    with suppress(ValueError):
+        if isinstance(spec := load_yaml(folder / "object.yaml"), Mapping):
+            return spec
+    return {}
 
 
 def _devices(
@@ -120,14 +120,8 @@ def _missing_recordings(
 
 def add(commands: Any) -> None:
     """Add the command to a parser's."""
-    check = add_verb(
-        commands,
-        "check",
-        "say all that is wrong with objects' captures",
-        _check,
-        about=ABOUT,
-        example="palpate check raw/sponge",
-    )
+    short, example = "say all that is wrong with objects' captures", "palpate check raw/sponge"
+    check = add_verb(commands, "check", short, _check, about=ABOUT, example=example)
     check.add_argument("folders", type=Path, nargs="*", help="raw/<object>; else all in raw/")
     check.add_argument("--raw", type=Path, help="folder of all objects; else raw beside config")
     add_devices(check)

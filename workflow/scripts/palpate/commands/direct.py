@@ -93,14 +93,12 @@ def _captures_of(given: Sequence[Path]) -> list[Path]:
     found: list[Path] = []
     for folder in given:
         path = Path(os.path.abspath(folder))
-        inside = []
+        subject = path if (path / OBJECT).is_file() else path.parent
+        places = sensor_folders(subject) if (subject / OBJECT).is_file() else ()
+        chosen = [place for place in places if path in (subject, place.folder)]
+        inside = [one for place in chosen for one in place.captures]
         if (path / FRAMES).is_file():
             inside = [path]
-        elif (path / OBJECT).is_file():
-            inside = [one for place in sensor_folders(path) for one in place.captures]
-        elif (path.parent / OBJECT).is_file():
-            places = sensor_folders(path.parent)
-            inside = [one for place in places if place.folder == path for one in place.captures]
         if not inside:
             expected = "expected a capture, or an object's or a sensor's folder with captures"
             there = "none in it" if path.is_dir() else "no such folder"
@@ -277,9 +275,8 @@ def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> 
 
 def add(commands: Any) -> None:
     """Add the command to a parser's."""
-    verb = add_verb(
-        commands, "direct", "E and nu of captures", _direct, about=ABOUT, example=EXAMPLE
-    )
+    short = "E and nu of captures"
+    verb = add_verb(commands, "direct", short, _direct, about=ABOUT, example=EXAMPLE)
     text = "raw/<object>, raw/<object>/<sensor> or raw/<object>/<sensor>/<capture>"
     verb.add_argument("folders", type=Path, nargs="+", metavar="FOLDER", help=text)
     verb.add_argument("--nu", type=float, help="Poisson's ratio, where it is known beforehand")

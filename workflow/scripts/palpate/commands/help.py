@@ -17,7 +17,14 @@ class Parser(argparse.ArgumentParser):
 
 
 def add_verb(
-    commands: Any, name: str, short: str, work: Any, *, about: str, example: str
+    commands: Any,
+    name: str,
+    short: str,
+    work: Any,
+    *,
+    about: str,
+    example: str,
+    parents: Sequence[argparse.ArgumentParser] = (),
 ) -> argparse.ArgumentParser:
     """Add a verb to a parser's commands.
 
@@ -31,6 +38,8 @@ def add_verb(
         Takes the options, gives the exit status or None.
     about, example : str
         What its help begins and ends with.
+    parents : sequence of ArgumentParser, optional
+        Parsers whose arguments are its own too.
     """
     verb = commands.add_parser(
         name,
@@ -38,6 +47,7 @@ def add_verb(
         description=about,
         epilog=f"example:\n  {example}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
+        parents=parents,
     )
     verb.set_defaults(work=work)
     return verb

@@ -176,14 +176,9 @@ def _comment(text: str) -> list[str]:
 
 def add(commands: Any) -> None:
     """Add the command to a parser's."""
-    new = add_verb(
-        commands,
-        "new",
-        "begin an object: its files, to fill in",
-        _new,
-        about=ABOUT,
-        example="palpate new sponge --sensor d435 --probe bench_probe",
-    )
+    short = "begin an object: its files, to fill in"
+    example = "palpate new sponge --sensor d435 --probe bench_probe"
+    new = add_verb(commands, "new", short, _new, about=ABOUT, example=example)
     new.add_argument("object", help="its name, like red_sponge")
     new.add_argument("--sensor", help="the camera's name (camera)")
     new.add_argument("--probe", default="probe", help="the probe's name (probe)")

@@ -23,12 +23,7 @@ from palpate.capture.importing.pose_files import Poses, read_pose_file
 from palpate.capture.importing.recording import ForceTable, Recording, Request, mismatch, shown
 from palpate.capture.importing.ros import SMALLEST_UNIT_M, BagRecording, read_force_bag
 from palpate.capture.importing.transforms import bag_poses
-from palpate.capture.importing.tum import (
-    COLOR_LIST,
-    DEPTH_LIST,
-    TumRecording,
-    is_tum,
-)
+from palpate.capture.importing.tum import COLOR_LIST, DEPTH_LIST, TumRecording, is_tum
 from palpate.capture.importing.write import import_recording
 from palpate.capture.tables import FORCE, GAUGE_COLUMNS, WRENCH_COLUMNS, read_table
 from palpate.commands.help import add_verb

@@ -99,7 +99,9 @@ def open_run(
     filmed = config["experiments"]["probe"]
     experiments = (raw / "sensors").is_dir() or (lab or {}).get("experiments")
     wrong += checks.dropped_experiments(raw / "sensors", sensors, lab) if only is None else []
-    wrong += checks.unknown_probe(filmed, probes, source) if experiments and filmed else []
+    if experiments and filmed and filmed not in probes:
+        known = ", ".join(sorted(probes))
+        wrong.append(f"{source}: experiments.probe: expected one of {known}, found {filmed}")
     curves = () if wrong else _curves(raw, [name for name in own if not made[name]])
     run = kind.run(
         config=config,
@@ -119,9 +121,9 @@ def open_run(
     used = {"sensors": {c.sensor for c in wanted}, "probes": {filmed} if experiments else set()}
     used["sensors"] |= {one.name for one in folders(raw / "sensors")} if only is None else set()
     recorded = {c.object for c in (*wanted, *curves) if not made[c.object]}
-    used["probes"] |= {run.description_of(name).get("probe") for name in recorded}
+    used["probes"] |= {run.descriptions[name].get("probe") for name in recorded}
     require_none(_wrong_devices(devices, used))
-    pressed = {(c.object, c.sensor): run.probe_of(c.object) for c in wanted}
+    pressed = {(c.object, c.sensor): run.probe_spec(c) for c in wanted}
     require_none(checks.missing_films(pressed, lab, paths, filmed))
     return run
 

@@ -52,13 +52,6 @@ def dropped_experiments(folder: Path, sensors: Mapping, lab: Mapping | None) -> 
     ]
 
 
-def unknown_probe(name: str, probes: Mapping, source: str) -> list[str]:
-    """A probe of the recordings about sensors that no file describes."""
-    known = ", ".join(sorted(probes))
-    line = f"{source}: experiments.probe: expected one of {known}, found {name}"
-    return [] if name in probes else [line]
-
-
 def lab_devices(lab: Mapping | None) -> dict[str, set[str]]:
     """Names of the sensors and probes that a lab records with, whatever is asked for."""
     objects = (lab or {}).get("objects", {}).values()

@@ -88,9 +88,8 @@ def _on_steady_inputs(main: Callable, snakemake: object) -> None:
     finally:
         for path, found in before.items():
             if stamp(path) != found:
-                raise ValueError(
-                    f"{path}: expected to stay as it is during the run, found it changed; run again"
-                )
+                expected = "expected to stay as it is during the run"
+                raise ValueError(f"{path}: {expected}, found it changed; run again")
 
 
 def _line(error: object, snakemake: object, *, where: str = "log:") -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from os.path import isfile
 from typing import Any
 
 from palpate.workflow.run import Described, Run
@@ -38,7 +38,7 @@ class OwnObjects:
         files = ["report.html", "datapackage.json", *(f"data/{name}.csv" for name in DATA)]
         files += [f"figures/{name}.{end}" for name in figures for end in ("png", "svg")]
         found = [self.run.results(f"{own}/{name}") for own in self.paged for name in files]
-        return found + [self.run.results(f"{own}/summary.csv") for own in self.summed]
+        return found + self.summaries(())
 
     @property
     def paged(self) -> list[str]:
@@ -48,7 +48,7 @@ class OwnObjects:
     def pages(self) -> list[str]:
         """Pages that are there, of those objects."""
         found = [self.run.results(f"{own}/report.html") for own in self.names]
-        return [path for path in found if Path(path).is_file()]
+        return [path for path in found if isfile(path)]
 
     def of(self, which: str) -> Callable[[Any], list[Described]]:
         """Captures of an object that a method runs on; see `Run.described`."""
@@ -101,7 +101,8 @@ class OwnObjects:
 
     def recorded(self, captures: Callable[[Any], Sequence[Described]]) -> Callable:
         """Folders of an object's captures."""
-        return lambda wildcards: self.run.recordings(captures(wildcards))
+        place = "{object}/{sensor}/{capture}"
+        return lambda wildcards: [self.run.raw(place.format(**c)) for c in captures(wildcards)]
 
     def files(self, captures: Callable[[Any], Sequence[Described]], *names: str) -> Callable:
         """Files of an object's captures, those of one capture after those of another."""

@@ -90,9 +90,6 @@ def require_values(given: Mapping) -> None:
         With one line for each entry that is empty.
     """
     hint = "leave it out for what the configuration says"
-    if lines := [
-        f"--config {name}=: expected a value, found nothing ({hint})"
-        for name, value in given.items()
-        if value is None
-    ]:
+    if empty := [name for name, value in given.items() if value is None]:
+        lines = (f"--config {name}=: expected a value, found nothing ({hint})" for name in empty)
         raise ValueError("\n".join(lines))

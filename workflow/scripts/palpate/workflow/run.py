@@ -2,21 +2,18 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from palpate.capture.discover import BACKGROUND, CaptureId, folder_fingerprint, sensor_folder
-from palpate.config.probe import PARTS, asked
+from palpate.config.probe import asked
 from palpate.config.sensor import HAND_EYE, asks_for_base
 from palpate.solid.options import first_images
 from palpate.workflow.lab_captures import says_simulated
-from palpate.workflow.places import refuse
 from palpate.yaml_files import load_yaml
 
-LAB_TEMPLATE = "template.ply"
-PROJECT = Path(__file__).resolve().parents[4]
 # A capture as tables name it.
 Described = Mapping[str, str]
 
@@ -56,6 +53,8 @@ class Run:
     simulated: frozenset[CaptureId]
     seen: Mapping[str, str]
     rules: Iterable[Any] = ()
+    tracker = "elastic"  # whose surfaces the estimates are made from
+    _by_object: dict[str, dict[str, list[Described]]] = field(default_factory=dict, init=False)
 
     # Captures by method.
 
@@ -92,7 +91,7 @@ class Run:
     @property
     def own(self) -> set[str]:
         """Names of people's own objects, each of which gets a page of its own."""
-        return {capture.object for capture in self.captures} - self._made
+        return {capture.object for capture in self.captures} - self.lab_objects
 
     def _asked(self, method: str, captures: Iterable[CaptureId]) -> tuple[CaptureId, ...]:
         """Captures that a method runs on; of people's own objects where they ask for it."""
@@ -126,74 +125,39 @@ class Run:
         """Pattern of a capture's result."""
         return self.results(f"{{object}}/{{sensor}}/{{capture}}/{name}")
 
-    def of_project(self, name: str) -> str:
-        """A file of the project, wherever the run is."""
-        path = PROJECT / name
-        return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
-
     def files(self, captures: Iterable[Described], *names: str) -> list[str]:
         """Results of captures, those of one capture after those of another."""
-        return [
-            self.results(f"{c['object']}/{c['sensor']}/{c['capture']}/{name}")
-            for c in captures
-            for name in names
-        ]
+        folders = [f"{c['object']}/{c['sensor']}/{c['capture']}" for c in captures]
+        return [self.results(f"{folder}/{name}") for folder in folders for name in names]
 
-    def recordings(self, captures: Iterable[Described]) -> list[str]:
-        """Folders of captures."""
-        return [self.raw(f"{c['object']}/{c['sensor']}/{c['capture']}") for c in captures]
-
-    # What the configuration says of captures.
-
-    @property
-    def tracker(self) -> str:
-        """Tracker whose surfaces the estimates are made from."""
-        return "elastic"
+    # Inputs and params of rules.
 
     def sensor_spec(self, wildcards: Any) -> Mapping:
         """A sensor's file."""
         return self.sensors[wildcards.sensor]
 
     def probe_spec(self, wildcards: Any) -> Mapping:
-        """File of the probe that an object is pressed with."""
-        return self.probe_of(wildcards.object)
+        """File of the probe that an object is pressed with; of curves alone the sphere's radius."""
+        spec = self.descriptions[wildcards.object]
+        if "probe" not in spec:
+            return {"indenter": {"radius_m": spec["curves"]["radius_m"]}}
+        return self.probes[spec["probe"]]
 
     def experiment_probe(self, wildcards: Any) -> Mapping | None:
         """File of the probe of the recordings about sensors, if one is named."""
-        name = self.config["experiments"]["probe"]
-        return self.probes[name] if name in self.probes else None
-
-    def template(self, name: str) -> str:
-        """Template of an object: its own file, or the one made of its scans."""
-        kind, file = self.template_source(name)
-        made = self.results(f"{name}/template.ply")
-        return made if kind == "scans" else self.raw(f"{name}/{file}")
-
-    # Inputs of rules.
-
-    def film_of(self, name: str) -> Callable[[Any], str]:
-        """A sensor's recording that determines a part of the probe."""
-        part = next(one for one in PARTS if one.name == name)
-
-        def film(wildcards: Any) -> str:
-            folder = self.raw(f"sensors/{wildcards.sensor}/{part.recording}")
-            if wildcards.sensor not in self.sensors_of(part.recording):
-                refuse(
-                    ValueError(
-                        f"{folder}: folder: expected a recording of {part.shows}, found none"
-                    )
-                )
-            return folder
-
-        return film
+        return self.probes.get(self.config["experiments"]["probe"])
 
     def template_of(self, wildcards: Any) -> str:
-        """An object's template."""
-        return self.template(wildcards.object)
+        """An object's template: its own file, or the one made of its scans."""
+        name, template = wildcards.object, self.descriptions[wildcards.object]["template"]
+        if "scans" in template:
+            return self.results(f"{name}/template.ply")
+        return self.raw(f"{name}/{template.get('file', 'template.ply')}")
 
     def scans_of(self, wildcards: Any) -> str:
         """Folder of an object's scans."""
-        return self.raw(f"{wildcards.object}/{self.template_source(wildcards.object)[1]}")
+        name = wildcards.object
+        return self.raw(f"{name}/{self.descriptions[name]['template']['scans']}")
 
     def kept_mesh(self, wildcards: Any) -> str | list:
         """The object's kept solid mesh where there is one (pytetwild never repeats itself)."""
@@ -209,7 +173,7 @@ class Run:
     def scene_of(self, wildcards: Any) -> str:
         """Folder that shows what an object stands on; clouds do without a background."""
         place = sensor_folder(Path(self.raw(f"{wildcards.object}/{wildcards.sensor}")))
-        dropped = wildcards.object not in self._made
+        dropped = wildcards.object not in self.lab_objects
         return str(place.scene if dropped and self._in_clouds(wildcards) else place.background)
 
     def background_of(self, wildcards: Any) -> str | list:
@@ -226,7 +190,7 @@ class Run:
 
     def calibrations_of(self, wildcards: Any) -> list[str]:
         """A sensor's own calibrations of the probe and of the base of poses, where files ask."""
-        parts = [*asked(self.probe_of(wildcards.object))]
+        parts = [*asked(self.probe_spec(wildcards))]
         parts += [HAND_EYE] * asks_for_base(self.sensors[wildcards.sensor])
         return [self.results(f"sensors/{wildcards.sensor}/{part}.json") for part in parts]
 
@@ -234,10 +198,6 @@ class Run:
         """Clouds that begin with a capture's first; of others than Hertz's all are made anyway."""
         all_made = wildcards.capture in self.together(wildcards)
         return self.of_capture("clouds.npz" if all_made else "rest_cloud.npz")
-
-    def table_of(self, wildcards: Any) -> str:
-        """Indentation table of the point that a curve was recorded at."""
-        return self.table(wildcards.object, wildcards.capture)
 
     def table(self, name: str, capture: str) -> str:
         """Indentation table of an object at a capture's point."""
@@ -253,13 +213,9 @@ class Run:
         return self._first_image(wildcards)[1]
 
     def _first_image(self, wildcards: Any) -> tuple[str, list]:
-        spec, point = self.description_of(wildcards.object), wildcards.point
+        spec, point = self.descriptions[wildcards.object], wildcards.point
         first, chain = first_images(spec).get(point, (point, []))
         return first, [spec["mirrors"][number] for number in chain]
-
-    def one(self, wildcards: Any) -> list[str]:
-        """The capture of a direct estimate, by itself."""
-        return [wildcards.capture]
 
     def together(self, wildcards: Any) -> list[str]:
         """Captures of an object with a sensor that are estimated directly, in order."""
@@ -270,9 +226,8 @@ class Run:
         """Inputs of a direct estimate, files of one kind in the order of the captures."""
 
         def each(name: str) -> Callable:
-            return lambda wildcards: [
-                self.results(f"{wildcards.object}/{wildcards.sensor}/{capture}/{name}")
-                for capture in captures(wildcards)
+            return lambda w: [
+                self.results(f"{w.object}/{w.sensor}/{c}/{name}") for c in captures(w)
             ]
 
         return {
@@ -282,38 +237,20 @@ class Run:
             "paths": each("path.csv"),
             "clocks": each("clock.json"),
             "motions": each("motion.npz"),
-            "tables": lambda wildcards: [
-                self.table(wildcards.object, capture) for capture in captures(wildcards)
-            ],
+            "tables": lambda w: [self.table(w.object, c) for c in captures(w)],
             "calibrations": self.calibrations_of,
         }
 
-    # Fingerprints of what was dropped, as it was before the checks.
-
     def content(self, wildcards: Any, files: Iterable[str]) -> dict[str, str]:
-        """Fingerprints of the dropped folders among a job's inputs; the lab's have rules."""
-        dropped = [str(path) for path in files if self._is_dropped(path)]
-        return {path: self.fingerprint_of(path) for path in dropped}
+        """Fingerprints of a job's dropped folders, from before the checks; the lab's have rules."""
+        dropped = [path for path in files if self._is_dropped(Path(path))]
+        return {str(p): self.seen.get(str(Path(p))) or folder_fingerprint(p) for p in dropped}
 
-    def _is_dropped(self, path: str) -> bool:
-        raw = Path(self.paths["raw"])
-        if not Path(path).is_relative_to(raw) or not Path(path).is_dir():
+    def _is_dropped(self, path: Path) -> bool:
+        if not path.is_relative_to(self.paths["raw"]) or not path.is_dir():
             return False
-        top, *rest = Path(path).relative_to(raw).parts
-        if top == "sensors":
-            return "/".join(rest) not in self.lab_experiments
-        return top not in self._made
-
-    def fingerprint_of(self, folder: str, *, linked: int = 0) -> str:
-        """Fingerprint of a dropped folder, ``linked`` levels of which may be links."""
-        known = self.seen.get(str(Path(folder))) or self._fingerprints.get(folder)
-        if known is None:
-            known = self._fingerprints[folder] = folder_fingerprint(folder, linked=linked)
-        return known
-
-    @cached_property
-    def _fingerprints(self) -> dict[str, str]:
-        return {}
+        top, _, rest = path.relative_to(self.paths["raw"]).as_posix().partition("/")
+        return rest not in self.lab_experiments if top == "sensors" else top not in self.lab_objects
 
     # Objects and captures.
 
@@ -322,17 +259,10 @@ class Run:
         """Names of the objects of the run and of the lab."""
         return sorted({c.object for c in (*self.captures, *self.curves, *self.simulated)})
 
-    def probe_of(self, name: str) -> Mapping:
-        """Probe of an object: declared by its object.yaml, or by the lab that is to write it."""
-        spec = self.description_of(name)
-        if "probe" not in spec:
-            return {"indenter": {"radius_m": spec["curves"]["radius_m"]}}
-        return self.probes[spec["probe"]]
-
-    @property
-    def lab_objects(self) -> list[str]:
+    @cached_property
+    def lab_objects(self) -> frozenset[str]:
         """Objects that the lab records in this run."""
-        return sorted(self._made)
+        return frozenset(capture.object for capture in self.simulated)
 
     @property
     def lab_folders(self) -> list[str]:
@@ -353,55 +283,37 @@ class Run:
     @property
     def scanned(self) -> list[str]:
         """Objects whose templates are made of scans."""
-        return [name for name in self.objects if self.template_source(name)[0] == "scans"]
+        return [name for name in self.objects if "scans" in self.descriptions[name]["template"]]
 
     def groups(self, *names: str) -> list[dict[str, str]]:
         """Objects, all or these, and sensors whose captures are estimated together."""
         found = [c for name in names or self.objects for c in self.described_of("direct", name)]
-        keys = ("object", "sensor", "provenance")
-        kinds = sorted({tuple(c[key] for key in keys) for c in found})
-        return [dict(zip(keys, kind, strict=True)) for kind in kinds]
-
-    def joint_estimates(self) -> list[str]:
-        """Estimate from all captures of each object with each sensor."""
-        return [self.results(f"{g['object']}/{g['sensor']}/direct.json") for g in self.groups()]
+        one_each = {(c["object"], c["sensor"]): c for c in found}.values()
+        return [{key: c[key] for key in ("object", "sensor", "provenance")} for c in one_each]
 
     def first_tracked(self, name: str) -> list[dict[str, str]]:
         """First tracked capture of an object by each sensor."""
-        mine = self.described_of("tracked", name)
-        first = {capture["sensor"]: capture for capture in reversed(mine)}
+        first = {c["sensor"]: c for c in reversed(self.described_of("tracked", name))}
         return [first[sensor] for sensor in sorted(first)]
 
     def sensors_of(self, experiment: str) -> list[str]:
         """Sensors of which there is an experiment, the lab's or dropped."""
-        done = {Path(name) for name in self.lab_experiments}
-        made = {path.parent.name for path in done if path.name == experiment}
-        raw = Path(self.paths["raw"], "sensors")
-        return sorted(made | {name for name in self.sensors if (raw / name / experiment).is_dir()})
+        made, raw = self.lab_experiments, Path(self.raw("sensors"))
+        places = {name: f"{name}/{experiment}" for name in sorted(self.sensors)}
+        return [name for name, at in places.items() if at in made or (raw / at).is_dir()]
 
     @property
     def lab_experiments(self) -> list[str]:
         """Experiments ``<sensor>/<experiment>`` that the lab records; never ones people dropped."""
         blocks = (self.lab or {}).get("experiments", {})
         names = [f"{sensor}/{name}" for name in blocks for sensor in blocks[name]["sensors"]]
-        folder = Path(self.paths["raw"]) / "sensors"
-        return [name for name in names if says_simulated(folder / name)]
+        return [name for name in names if says_simulated(Path(self.raw(f"sensors/{name}")))]
 
-    def template_source(self, name: str) -> tuple[str, str]:
-        """What an object's template is: ``file`` or ``scans``, and its name in the folder."""
-        template = {"file": LAB_TEMPLATE} | self.description_of(name)["template"]
-        key = "scans" if "scans" in template else "file"
-        return key, template[key]
-
-    def described(self, which: str = "captures", *, simulated: bool = False) -> list[Described]:
-        """Describe captures of the run, as tables name them: all, or those that a method runs on.
-
-        With ``simulated`` just those that the lab makes.
-        """
+    def described(self, which: str = "captures") -> list[Described]:
+        """Describe captures of the run as tables name them: all, or those of a method."""
         return [
-            {**vars(c), "point": c.point, "provenance": self._provenance_of(c.object)}
+            {**vars(c), "point": c.point, "provenance": self.descriptions[c.object]["provenance"]}
             for c in getattr(self, which)
-            if not simulated or c in self.simulated
         ]
 
     def described_of(self, which: str, name: str) -> list[Described]:
@@ -413,47 +325,24 @@ class Run:
         return list(self._by_object[which][name])
 
     @cached_property
-    def _by_object(self) -> dict[str, dict[str, list[Described]]]:
-        return {}
-
-    def _provenance_of(self, name: str) -> str:
-        return "simulated" if name in self._made else self.description_of(name)["provenance"]
-
-    def description_of(self, name: str) -> Mapping:
-        """object.yaml of an object, or what the lab is to write into it."""
-        if name in self._made:
-            return self.lab["objects"][name]["object"]
-        if name not in self._descriptions:
-            self._descriptions[name] = load_yaml(self.raw(f"{name}/object.yaml"))
-        return self._descriptions[name]
-
-    @cached_property
-    def _descriptions(self) -> dict[str, Mapping]:
-        return {}
+    def descriptions(self) -> Mapping[str, Mapping]:
+        """object.yaml of each object, or what the lab is to write into it, by name."""
+        dropped = [name for name in self.objects if name not in self.lab_objects]
+        read = {name: load_yaml(self.raw(f"{name}/object.yaml")) for name in dropped}
+        made = {name: self.lab["objects"][name]["object"] for name in self.lab_objects}
+        return read | {name: spec | {"provenance": "simulated"} for name, spec in made.items()}
 
     def lab_point(self, name: str, point: str) -> str:
         """Point of an object of the lab whose mechanics a point shares: its first mirror image."""
         spec = self.lab["objects"][name]
-        points = spec["object"]["points"]
-        if spec["shape"]["kind"] != "block" or "direction" in points[point]:
+        straight = {p: one for p, one in spec["object"]["points"].items() if "direction" not in one}
+        if spec["shape"]["kind"] != "block" or point not in straight:
             return point
-        wanted = _sizes(points[point])
-        return next(
-            other
-            for other in sorted(points)
-            if _sizes(points[other]) == wanted and "direction" not in points[other]
-        )
-
-    @cached_property
-    def _made(self) -> frozenset[str]:
-        return frozenset(capture.object for capture in self.simulated)
+        # Coordinates without their signs, to the micrometre.
+        sizes = {p: [round(abs(x), 6) for x in one["position_m"]] for p, one in straight.items()}
+        return min(other for other in sizes if sizes[other] == sizes[point])
 
 
 def one_of(names: Iterable[str]) -> str:
     """Pattern of a wildcard that takes just the given names."""
     return "|".join(sorted(names)) or "none"
-
-
-def _sizes(point: Mapping) -> tuple[float, ...]:
-    """Coordinates of a point without their signs, to the micrometre."""
-    return tuple(round(abs(value), 6) for value in point["position_m"])

@@ -8,13 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from palpate.capture.discover import (
-    NOT_OBJECTS,
-    discover,
-    folder_fingerprint,
-    folders,
-    sensor_folders,
-)
+from palpate.capture.discover import discover, folder_fingerprint, object_folders, sensor_folders
 from palpate.config.probe import PARTS
 from palpate.config.sensor import HAND_EYE, asks_for_base
 from palpate.workflow.digest import ROOT, code
@@ -40,7 +34,7 @@ class Standing:
         kept = kept_files(name, run.sensors, probe or {}, run.paths)
         films = (run.lab or {}).get("objects", {}).get(name)
         simulated = films and spec.get("provenance", "simulated") == "simulated"
-        content = run.lab if simulated else run.fingerprint_of(run.raw(name), linked=2)
+        content = run.lab if simulated else folder_fingerprint(run.raw(name), linked=2)
         seen_by = {place.folder.name for place in sensor_folders(run.raw(name))}
         seen_by |= set((films or {}).get("recordings", {}))
         sensors = {one: run.sensors.get(one) for one in sorted(seen_by)}
@@ -50,11 +44,10 @@ class Standing:
     @cached_property
     def _others(self) -> dict[str, bool]:
         """Whether an object's results follow from what is there, by name."""
-        run, apart = self.run, (self.run.config["only"], *NOT_OBJECTS)
-        names = [path.name for path in folders(run.paths["raw"])] if apart[0] is not None else []
-        found = {}
-        for name in set(names).difference(apart):
-            if self._has(f"{name}/{ORIGIN}", f"{name}/summary.csv"):
+        run, only, found = self.run, self.run.config["only"], {}
+        for folder in object_folders(run.paths["raw"]) if only is not None else ():
+            name = folder.name
+            if name != only and self._has(f"{name}/{ORIGIN}", f"{name}/summary.csv"):
                 left = Path(run.results(f"{name}/{ORIGIN}")).read_text(encoding="utf-8")
                 found[name] = left.strip() == self.origin(name)
         return found
@@ -89,14 +82,9 @@ class Standing:
             folder = f"{c.object}/{c.sensor}/{c.capture}"
             if c.object in self.names and self._has(*(f"{folder}/{name}" for name in wanted)):
                 first.setdefault((c.object, c.sensor), c)
-        return [
-            {
-                **vars(c),
-                "point": c.point,
-                "provenance": self._declared(c.object).get("provenance", ""),
-            }
-            for _, c in sorted(first.items())
-        ]
+        said = {name: self._declared(name).get("provenance", "") for name in self.names}
+        firsts = [c for _, c in sorted(first.items())]
+        return [{**vars(c), "point": c.point, "provenance": said[c.object]} for c in firsts]
 
 
 def value_digest(value: Any) -> str:
