@@ -1,11 +1,11 @@
 """Films of the probe alone, as the lab makes them for what calibrates it."""
 
 import yaml
-from virtual_lab.probe_experiments import record_load, record_stiffness
+from virtual_lab.probe_experiments import record_load, record_pivot, record_stiffness
 from virtual_lab.rig import bare_bench, make_rig
 from virtual_lab.rig_errors import errors_of
 
-RECORDERS = {"load": record_load, "stiffness": record_stiffness}
+RECORDERS = {"load": record_load, "pivot": record_pivot, "stiffness": record_stiffness}
 APART = ("objects", "experiments", "simulated_block", "laser")
 
 

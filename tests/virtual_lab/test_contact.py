@@ -1,4 +1,4 @@
-"""The lab's contact mechanics against closed forms and balances."""
+"""The lab's laws and contact mechanics against derivatives, closed forms and balances."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 from virtual_lab.block import block_mesh, graded_axis
 from virtual_lab.contact import ContactProblem
 from virtual_lab.indentation import contact_problem, grade_of, indent_object
-from virtual_lab.material import blatz_ko, neo_hookean
+from virtual_lab.material import LAWS, blatz_ko, neo_hookean, relaxed_force
 from virtual_lab.obstacle import Sphere
 from virtual_lab.shapes import Ball
 
@@ -217,3 +217,29 @@ def test_a_graded_solid_lies_between_its_ends():
     assert whole == pytest.approx(2 * plain, rel=1e-3)
     assert plain < skin < whole
     assert 1.01 < base / plain < 1.1
+
+
+@pytest.mark.parametrize("name", sorted(LAWS))
+def test_stress_is_the_derivative_of_energy(name):
+    law = LAWS[name](25e3, 0.3)
+    rng = np.random.default_rng(0)
+    F = np.eye(3) + 0.2 * rng.normal(size=(3, 3))
+    d = rng.normal(size=(3, 3))
+    h = 1e-6
+    _, P, A = law(F)
+    ahead, behind = law(F + h * d), law(F - h * d)
+    assert (ahead[0] - behind[0]) / (2 * h) == pytest.approx((P * d).sum(), rel=1e-6)
+    assert np.allclose((ahead[1] - behind[1]) / (2 * h), np.einsum("iJkL,kL->iJ", A, d), rtol=1e-5)
+
+
+def test_relaxation_of_a_step_and_of_a_ramp():
+    time_s = np.linspace(0, 5, 5001)
+    series = {"fractions": [0.2, 0.1], "times_s": [0.3, 3.0]}
+    step = relaxed_force(time_s, np.ones_like(time_s), **series)
+    exact = 1 - 0.2 * (1 - np.exp(-time_s / 0.3)) - 0.1 * (1 - np.exp(-time_s / 3.0))
+    assert np.allclose(step, exact, atol=1e-12)
+    ramp = relaxed_force(time_s, time_s, **series)
+    integral = 0.7 * time_s
+    for g, tau in zip(series["fractions"], series["times_s"], strict=True):
+        integral = integral + g * tau * (1 - np.exp(-time_s / tau))
+    assert np.allclose(ramp, integral, atol=1e-9)

@@ -1,10 +1,16 @@
-"""Configurations of the lab that make no sense."""
+"""Configurations of the lab that make no sense, and what it writes of its objects."""
 
 import copy
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
+import yaml
 from palpate.config.model import problems
 from virtual_lab.checks import lab_problems
+from virtual_lab.describe import box_template, bumped, misdeclared, object_text
+from virtual_lab.rig_errors import errors_of, sphere_radius_m
+from virtual_lab.rules import LabRules
 from virtual_lab.specification import Lab
 
 
@@ -95,3 +101,80 @@ def test_nonsense_is_one_line(lab, sensors, place, value, line):
 def test_a_field_that_makes_no_sense_is_one_line(lab, place, value, line):
     (found,) = problems(Lab, changed(lab, place, value)[0], "lab.yaml")
     assert found.startswith(f"lab.yaml: {'.'.join(place)}") and line in found
+
+
+def test_points_are_declared_beside_the_indentation(lab):
+    """In object.yaml alone, about a size along x and y."""
+    spec, errors = lab["objects"]["foam_block"], {"seed": 1, "device": {"declared_m": 0.002}}
+    there = spec["object"]["points"]
+    assert misdeclared(spec, {}, name="a") == spec
+    declared, again, other = (
+        yaml.safe_load(object_text(misdeclared(spec, errors, name=name), name=name))["points"]
+        for name in ("a", "a", "b")
+    )
+    assert declared == again != other
+    away = np.array([np.subtract(declared[k]["position_m"], there[k]["position_m"]) for k in there])
+    assert away[:, :2].std() == pytest.approx(0.002, rel=0.3)
+    assert not away[:, 2].any()
+
+
+def test_a_template_in_error_has_smooth_bumps():
+    errors = {"seed": 1, "device": {"template_m": 0.0006}}
+    plain = box_template(np.array([0.2, 0.12, 0.05]), 0.015)
+    template = plain.copy()
+    bumped(template, errors, name="a")
+    away = template.vertices - plain.vertices
+    height = (away * plain.vertex_normals).sum(axis=1)
+    assert np.linalg.norm(away, axis=1) == pytest.approx(np.abs(height), abs=1e-9)
+    above = plain.vertices[:, 2] > 0.01
+    assert height[above].std() == pytest.approx(0.0006, rel=0.3)
+    assert not height[plain.vertices[:, 2] == 0].any()
+    top = plain.edges_unique[(plain.vertices[plain.edges_unique, 2] == 0.05).all(axis=1)]
+    # Independent ends of edges would differ by 1.4 times their deviation.
+    assert np.diff(height[top], axis=1).std() < 0.8 * height[top].std()
+    assert template.is_watertight
+
+
+def test_what_is_written_of_an_object_has_its_own_errors_alone(lab):
+    lab = copy.deepcopy(lab)
+    lab["device"] = {"declared_m": 0.002, "template_m": 0, "focal": 0.1}
+    rules, ball = LabRules(SimpleNamespace(lab=lab)), SimpleNamespace(object="foam_ball")
+    assert rules.written(ball) == {"seed": lab["seed"], "device": {"declared_m": 0.002}}
+    lab["objects"]["foam_ball"]["device"] = {}
+    assert rules.written(ball) == {}
+
+
+def test_an_undeclared_point(lab):
+    lab = copy.deepcopy(lab)
+    lab["objects"]["foam_block"] |= {
+        "pressed_at": {"11-a01": [0.052, 0.0, 0.0475]},
+    }
+    rules = LabRules(SimpleNamespace(lab=lab, truth=str, lab_point=lambda name, point: point))
+    other, plain = (
+        SimpleNamespace(object="foam_block", sensor="kinect", capture=capture)
+        for capture in ("11-a01", "11-a02")
+    )
+    assert rules.place(other) == {"position_m": [0.052, 0.0, 0.0475]}
+    assert rules.place(plain) == {"position_m": [0.05, 0.0, 0.0475]}
+    assert rules.load_steps(other) == "foam_block/contact-11-a01.npz"
+    assert rules.load_steps(plain) == "foam_block/contact-11.npz"
+    assert rules.mechanics(other)["points"]["11-a01"] == rules.place(other)
+    declared = yaml.safe_load(object_text(rules.spec(other), name="foam_block"))
+    assert "11-a01" not in declared["points"]
+
+
+def test_the_sphere_of_a_rig_is_the_one_that_indents(lab, common, sensors, probe):
+    """The contact is solved, and the probe moved, with the radius as it is."""
+    lab = copy.deepcopy(lab)
+    own = {"rig": "a", "device": {"radius": 0.01, "focal": 0.1}}
+    lab["objects"]["foam_block"] |= own
+    rules = LabRules(SimpleNamespace(lab=lab))
+    params = {name: rules.mechanics(SimpleNamespace(object=name)) for name in lab["objects"]}
+    solved_m = sphere_radius_m(params["foam_block"], params["foam_block"], probe)
+    moved_m = errors_of(common, own, sensors["kinect"]).probe(probe)["indenter"]["radius_m"]
+    assert solved_m == moved_m
+    assert 1e-4 < abs(solved_m / 0.00622 - 1) < 0.04
+    assert sphere_radius_m(params["ear"], params["ear"], probe) == 0.00622
+    # Nothing else of the rig is the mechanics' business.
+    assert set(params["ear"]) == {"shape", "material", "contact", "points"}
+    assert params["foam_block"]["device"] == {"radius": 0.01}

@@ -8,10 +8,10 @@ from palpate.vision.options import Force
 from palpate.vision.probe import marker_columns
 from virtual_lab.indentation import contact_problem, indent_object
 from virtual_lab.load_steps import LoadSteps, mirrored, read_load_steps, write_load_steps
-from virtual_lab.motion import HOVER_M, Operator
+from virtual_lab.motion import HOVER_M, Operator, ProbeMotion
 from virtual_lab.record import FACING
 from virtual_lab.shapes import shape_of
-from virtual_lab.wrench import gauge_record
+from virtual_lab.wrench import gauge_record, inertial_wrench
 
 R = 0.00622
 TILT_RAD = np.deg2rad(20)
@@ -223,3 +223,17 @@ def test_pictures_of_a_quartered_block_are_symmetric():
     a, b, c = model.surface_rest_m.T
     expected = np.column_stack([a * c, a * a * b, abs(a) + abs(b)])
     assert field == pytest.approx(expected, abs=1e-9)
+
+
+def test_inertia_is_mass_times_acceleration(common, probe):
+    time_s, w = np.arange(0, 2, 0.001), 2 * np.pi * 5
+    tip = np.column_stack([0.001 * np.sin(w * time_s), 0 * time_s, 0 * time_s])
+    turn = np.broadcast_to(np.diag([1.0, -1.0, -1.0]), (len(time_s), 3, 3))
+    path = ProbeMotion(time_s, 0 * time_s, tip, turn)
+    options = common["force"] | {"centre_of_mass_m": [0, 0, 0.036]}
+    load = inertial_wrench(path, probe, options)[5:-5]
+    # A pull of 30 mN: 30 g at 1 m/s2.
+    pull = options["mass_kg"] * 0.001 * w**2 * np.sin(w * time_s)[5:-5]
+    assert load[:, 0] == pytest.approx(pull, abs=1e-4)
+    assert load[:, 4] == pytest.approx(0.036 * pull, abs=1e-5)
+    assert np.abs(load[:, [1, 2, 3, 5]]).max() < 1e-9

@@ -10,7 +10,7 @@ from palpate.vision.marker import board_of
 from virtual_lab.block import fine_surface
 from virtual_lab.kinect import KinectDepth
 from virtual_lab.paint import BlockPaint, SolidPaint, table_texture
-from virtual_lab.probe import OBJECT, TABLE, TARGET, make_probe
+from virtual_lab.probe import OBJECT, TABLE, TARGET, make_probe, make_target
 from virtual_lab.render import Light, PosedCamera, look_at, render, render_change
 from virtual_lab.rig import Exposure
 from virtual_lab.scene import Bench, Scene
@@ -163,3 +163,8 @@ def test_projector_casts_a_shadow_of_no_readings(sensors, scene):
     # Noise alone seldom matches: deep in the shadow there are hardly any readings.
     deep = cv2.erode(shadow.astype(np.uint8), np.ones((9, 9))) > 0
     assert missing[deep].mean() > 0.9
+
+
+def test_targets_that_the_lab_does_not_have():
+    with pytest.raises(ValueError, match="marker.kind: expected checkerboard in the lab"):
+        make_target({"kind": "aprilgrid"})

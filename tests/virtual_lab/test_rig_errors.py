@@ -1,24 +1,19 @@
 """Rigs as they are: each error is in what is recorded, in its amount, and in nothing else."""
 
-import copy
-from types import SimpleNamespace
-
 import cv2
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
 from palpate.vision.camera import camera_from_spec
-from virtual_lab.describe import box_template, bumped, misdeclared, object_text
 from virtual_lab.motion import ProbeMotion
 from virtual_lab.probe import make_probe
 from virtual_lab.record import record_capture, write_images
 from virtual_lab.rig import GAMMA, make_rig
-from virtual_lab.rig_errors import errors_of, sphere_radius_m
-from virtual_lab.rules import LabRules
+from virtual_lab.rig_errors import errors_of
 from virtual_lab.scene import Bench, Scene
 from virtual_lab.specification import ErrorSizes
-from virtual_lab.wrench import gauge_record, inertial_wrench
+from virtual_lab.wrench import gauge_record
 
 POINT = np.array([-0.05, 0.0, 0.0475])
 DOWN = np.diag([1.0, -1.0, -1.0])
@@ -135,20 +130,6 @@ def test_a_drift_grows_over_the_record(common, sensors):
     assert not ends[0][:, 3:].any()
 
 
-def test_inertia_is_mass_times_acceleration(common, probe):
-    time_s, w = np.arange(0, 2, 0.001), 2 * np.pi * 5
-    tip = np.column_stack([0.001 * np.sin(w * time_s), 0 * time_s, 0 * time_s])
-    turn = np.broadcast_to(DOWN, (len(time_s), 3, 3))
-    path = ProbeMotion(time_s, 0 * time_s, tip, turn)
-    options = common["force"] | {"centre_of_mass_m": [0, 0, 0.036]}
-    load = inertial_wrench(path, probe, options)[5:-5]
-    # A pull of 30 mN: 30 g at 1 m/s2.
-    pull = options["mass_kg"] * 0.001 * w**2 * np.sin(w * time_s)[5:-5]
-    assert load[:, 0] == pytest.approx(pull, abs=1e-4)
-    assert load[:, 4] == pytest.approx(0.036 * pull, abs=1e-5)
-    assert np.abs(load[:, [1, 2, 3, 5]]).max() < 1e-9
-
-
 def test_samples_of_a_burst_share_the_last_ones_stamp(common, sensors):
     for sizes, stamps in (({}, [0, 1, 2, 3, 4, 5, 6]), ({"burst": 3}, [2, 2, 2, 5, 5, 5, 6])):
         errors = errors_of(common, {"device": sizes}, sensors["bumblebee"])
@@ -221,18 +202,6 @@ def test_a_lens_bends_the_corner_by_its_size(common, sensors):
     assert np.corrcoef(np.reshape(outward_px, (-1, 2)).T)[0, 1] == pytest.approx(0, abs=0.25)
 
 
-def test_a_longer_baseline_of_a_depth_sensor_is_a_larger_disparity(common, spec, bench, sensors):
-    scene, found = Scene(Bench(np.full((4, 4, 3), 0.6), None)), []
-    for sizes in ({}, {"baseline": 0.1}):
-        errors = errors_of(common, {"device": sizes}, sensors["kinect"])
-        camera = make_rig(common, errors, spec["cameras"]["kinect"], bench).depth
-        found.append((camera.true_signal(scene)[0], errors.sensor["depth"]["baseline_m"]))
-    (plain, stated_m), (wide, real_m) = found
-    assert stated_m == sensors["kinect"]["depth"]["baseline_m"]
-    assert abs(real_m / stated_m - 1) > 1e-3
-    assert np.nanmedian(wide / plain) == pytest.approx(real_m / stated_m, rel=1e-6)
-
-
 def test_the_cameras_of_a_depth_sensor_are_placed_a_little_otherwise(common, sensors):
     stated = sensors["kinect"]
     sizes = {"color_from_depth_deg": 0.1, "color_from_depth_m": 0.001}
@@ -258,23 +227,6 @@ def test_a_camera_that_reports_depths_takes_its_files_baseline(common, root):
     longer = errors.sensor["depth"]["baseline_m"] / sensor["depth"]["baseline_m"]
     assert abs(longer - 1) > 2e-3
     assert shown[0] / shown[1] == pytest.approx(longer, abs=2e-3)
-
-
-def test_the_sphere_of_a_rig_is_the_one_that_indents(lab, common, sensors, probe):
-    """The contact is solved, and the probe moved, with the radius as it is."""
-    lab = copy.deepcopy(lab)
-    own = {"rig": "a", "device": {"radius": 0.01, "focal": 0.1}}
-    lab["objects"]["foam_block"] |= own
-    rules = LabRules(SimpleNamespace(lab=lab))
-    params = {name: rules.mechanics(SimpleNamespace(object=name)) for name in lab["objects"]}
-    solved_m = sphere_radius_m(params["foam_block"], params["foam_block"], probe)
-    moved_m = errors_of(common, own, sensors["kinect"]).probe(probe)["indenter"]["radius_m"]
-    assert solved_m == moved_m
-    assert 1e-4 < abs(solved_m / 0.00622 - 1) < 0.04
-    assert sphere_radius_m(params["ear"], params["ear"], probe) == 0.00622
-    # Nothing else of the rig is the mechanics' business.
-    assert set(params["ear"]) == {"shape", "material", "contact", "points"}
-    assert params["foam_block"]["device"] == {"radius": 0.01}
 
 
 QUIET = {"read_variance": 0, "shot_variance": 0, "blur_px": 0.55, "flicker": 0}
@@ -393,63 +345,3 @@ def test_a_camera_shakes_as_a_whole(imaged):
         moved[stream] = np.array([moved_px(a, b) for a, b in zip(*pictures, strict=True)])
     assert moved["left"].std() == pytest.approx(0.2, rel=0.35)
     assert moved["left"] == pytest.approx(moved["right"], abs=0.03)
-
-
-def test_points_are_declared_beside_the_indentation(lab):
-    """In object.yaml alone, about a size along x and y."""
-    spec, errors = lab["objects"]["foam_block"], {"seed": 1, "device": {"declared_m": 0.002}}
-    there = spec["object"]["points"]
-    assert misdeclared(spec, {}, name="a") == spec
-    declared, again, other = (
-        yaml.safe_load(object_text(misdeclared(spec, errors, name=name), name=name))["points"]
-        for name in ("a", "a", "b")
-    )
-    assert declared == again != other
-    away = np.array([np.subtract(declared[k]["position_m"], there[k]["position_m"]) for k in there])
-    assert away[:, :2].std() == pytest.approx(0.002, rel=0.3)
-    assert not away[:, 2].any()
-
-
-def test_a_template_in_error_has_smooth_bumps():
-    errors = {"seed": 1, "device": {"template_m": 0.0006}}
-    plain = box_template(np.array([0.2, 0.12, 0.05]), 0.015)
-    template = plain.copy()
-    bumped(template, errors, name="a")
-    away = template.vertices - plain.vertices
-    height = (away * plain.vertex_normals).sum(axis=1)
-    assert np.linalg.norm(away, axis=1) == pytest.approx(np.abs(height), abs=1e-9)
-    above = plain.vertices[:, 2] > 0.01
-    assert height[above].std() == pytest.approx(0.0006, rel=0.3)
-    assert not height[plain.vertices[:, 2] == 0].any()
-    top = plain.edges_unique[(plain.vertices[plain.edges_unique, 2] == 0.05).all(axis=1)]
-    # Independent ends of edges would differ by 1.4 times their deviation.
-    assert np.diff(height[top], axis=1).std() < 0.8 * height[top].std()
-    assert template.is_watertight
-
-
-def test_what_is_written_of_an_object_has_its_own_errors_alone(lab):
-    lab = copy.deepcopy(lab)
-    lab["device"] = {"declared_m": 0.002, "template_m": 0, "focal": 0.1}
-    rules, ball = LabRules(SimpleNamespace(lab=lab)), SimpleNamespace(object="foam_ball")
-    assert rules.written(ball) == {"seed": lab["seed"], "device": {"declared_m": 0.002}}
-    lab["objects"]["foam_ball"]["device"] = {}
-    assert rules.written(ball) == {}
-
-
-def test_an_undeclared_point(lab):
-    lab = copy.deepcopy(lab)
-    lab["objects"]["foam_block"] |= {
-        "pressed_at": {"11-a01": [0.052, 0.0, 0.0475]},
-    }
-    rules = LabRules(SimpleNamespace(lab=lab, truth=str, lab_point=lambda name, point: point))
-    other, plain = (
-        SimpleNamespace(object="foam_block", sensor="kinect", capture=capture)
-        for capture in ("11-a01", "11-a02")
-    )
-    assert rules.place(other) == {"position_m": [0.052, 0.0, 0.0475]}
-    assert rules.place(plain) == {"position_m": [0.05, 0.0, 0.0475]}
-    assert rules.load_steps(other) == "foam_block/contact-11-a01.npz"
-    assert rules.load_steps(plain) == "foam_block/contact-11.npz"
-    assert rules.mechanics(other)["points"]["11-a01"] == rules.place(other)
-    declared = yaml.safe_load(object_text(rules.spec(other), name="foam_block"))
-    assert "11-a01" not in declared["points"]

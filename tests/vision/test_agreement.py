@@ -35,37 +35,27 @@ def test_a_motion_in_another_order(name):
     assert given > 3 and resorted < 0.5
 
 
-@pytest.mark.parametrize("level", [0.1, 0.5, 1, 2, 4, 8, 16])
-def test_noise_of_any_size_is_no_order(level):
-    for seed in range(200):
-        assert disagreement(PRESS_MM, noisy(PRESS_MM, level, seed)) is None
+REST, FEW = noisy(0 * PRESS_MM, 0.1), PRESS_MM[::4]
+NO_ORDER = {
+    **{f"noise of {s} mm": (PRESS_MM, PRESS_MM, s) for s in (0.1, 0.5, 1, 2, 4, 8, 16)},
+    "still": (PRESS_MM, 0 * PRESS_MM, 0.3),
+    "another scale": (PRESS_MM, 0.2 * PRESS_MM, 0.3),
+    "too large": (PRESS_MM, 5 * PRESS_MM, 0.3),
+    "late": (PRESS_MM, np.roll(PRESS_MM, 2), 0.3),
+    "off the board at the end": (PRESS_MM, PRESS_MM + 90 * (TIME > 0.9), 0.3),
+    "at rest": (REST, REST[ORDERS["shuffled"]], 0.5),
+    "few": (FEW, FEW[::-1], 0.0),
+    **{
+        f"{k} far off": (8 * TIME, 8 * TIME + 12 * (np.arange(FRAMES) == k), 0.3) for k in range(24)
+    },
+}
 
 
-def test_one_frame_that_is_far_off_is_no_order():
-    for at in range(FRAMES):
-        assert disagreement(TIME * 8, noisy(TIME * 8, 0.3) + 12 * (np.arange(FRAMES) == at)) is None
-
-
-@pytest.mark.parametrize(
-    "other",
-    [
-        0 * PRESS_MM,
-        0.2 * PRESS_MM,
-        5 * PRESS_MM,
-        np.roll(PRESS_MM, 2),
-        PRESS_MM + 90 * (TIME > 0.9),
-    ],
-    ids=["still", "another scale", "too large", "late", "off the board at the end"],
-)
-def test_what_is_wrong_in_other_ways_is_no_order(other):
-    assert disagreement(PRESS_MM, noisy(other, 0.3)) is None
-
-
-def test_a_board_at_rest_tells_nothing():
-    rest = noisy(0 * PRESS_MM, 0.1)
-    assert disagreement(rest, noisy(rest, 0.5)[ORDERS["shuffled"]]) is None
-    few = slice(None, None, 4)
-    assert disagreement(PRESS_MM[few], PRESS_MM[few][::-1]) is None
+@pytest.mark.parametrize("what", NO_ORDER)
+def test_what_is_wrong_in_other_ways_is_no_order(what):
+    one, other, level = NO_ORDER[what]
+    for seed in range(200 if "noise" in what else 1):
+        assert disagreement(one, noisy(other, level, seed)) is None
 
 
 PLACES = {

@@ -1,15 +1,19 @@
-"""`palpate calibrate camera` on folders of real pictures and on other programs' files."""
+"""Cameras of real pictures by command and by the stage, and of other programs' files."""
 
+import json
 import shutil
 
 import cv2
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from boards_seen import LEFT, RIGHT, RIGHT_FROM_LEFT
 from palpate.__main__ import main
+from palpate.capture.images import write_image
 from palpate.config.sensor import ColorSpec, DepthSpec
 from palpate.vision.camera import opencv_text
+from thesis.chapter4.calibration import equation_4_12, table_4_1
 
 PART = "camera"
 
@@ -170,10 +174,62 @@ def test_pictures_and_options_that_are_rejected(folders, refused, change, count,
 
 
 def test_sources_that_are_none(folders, refused, tmp_path):
-    assert "expected a folder of pictures or a file, found none" in refused(tmp_path / "no", *BOARD)
     (tmp_path / "empty").mkdir()
-    assert "expected PNG, TIFF or JPEG files, found none" in refused(tmp_path / "empty", *BOARD)
-    assert "expected one or two, found 3" in refused(*folders, folders[0], *BOARD)
     (tmp_path / "file.yaml").write_text("a: 1\n")
-    line = refused(folders[0], tmp_path / "file.yaml", *BOARD)
-    assert "expected two folders or two files, found one of each" in line
+    for sources, line in (
+        ([tmp_path / "no"], "expected a folder of pictures or a file, found none"),
+        ([tmp_path / "empty"], "expected PNG, TIFF or JPEG files, found none"),
+        ([*folders, folders[0]], "expected one or two, found 3"),
+        ([folders[0], tmp_path / "file.yaml"], "two folders or two files, found one of each"),
+    ):
+        assert line in refused(*sources, *BOARD)
+
+
+SIDES = ("left", "right")
+
+
+@pytest.fixture
+def calibrate(root, stage, tmp_path):
+    """Run the stage on eight real pairs; give calibration.json, or the line that it ends with."""
+
+    def calibrated(streams, board="9,6"):
+        folder, made = tmp_path / "calibration", tmp_path / "calibration.json"
+        files = {
+            side: sorted((root / "tests/real/boards").glob(f"{side}*.jpg"))[:8] for side in SIDES
+        }
+        rows = {"frame": range(8), "time_s": range(8)}
+        for stream, side in zip(streams, SIDES, strict=True):
+            rows[stream] = [f"{stream}/{path.stem}.png" for path in files[side]]
+            for name, path in zip(rows[stream], files[side], strict=True):
+                (folder / stream).mkdir(parents=True, exist_ok=True)
+                grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+                write_image(folder / name, grey, "mono8")
+        pd.DataFrame(rows).to_csv(folder / "frames.csv", index=False)
+        (folder / "board.csv").write_text(f"columns,rows,square_m\n{board},0.03\n")
+        files = {"inputs": {"pairs": folder}, "outputs": {"calibration": made.name}}
+        return stage("camera_calibration", **files) or json.loads(made.read_text())
+
+    return calibrated
+
+
+@pytest.mark.parametrize("streams", [("infrared", "color"), SIDES])
+def test_real_pairs(calibrate, root, streams):
+    found = calibrate(streams)
+    assert set(found["cameras"]) == set(streams)
+    shift = np.array(found["{1}_from_{0}".format(*streams)])[:3, 3]
+    assert shift[0] < 0 and found["baseline_m"] == pytest.approx(0.0998, abs=3e-4)
+    assert np.linalg.norm(shift) == pytest.approx(found["baseline_m"])
+    assert max(found["transform_standard_errors"]["translation_m"]) < 1e-3
+    assert found["told"]["baseline"]
+    assert "focal length: determined" in found["cameras"][streams[1]]["verdict"][0]
+    if "color" in streams:
+        published = root / "config/published"
+        table = table_4_1(found, pd.read_csv(published / "table_4_1.csv"))
+        assert table["views"].tolist() == [8, 8]
+        assert len(equation_4_12(found, pd.read_csv(published / "equation_4_12.csv"))) == 4
+
+
+def test_a_board_that_is_not_the_one_seen(calibrate):
+    line = calibrate(SIDES, board="11,8")
+    expected = "left: pictures: expected a board of 11 x 8 inner corners, found none in 8 pictures"
+    assert expected in line

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from turned_handle import TIP_M
 
 COMPLIANCE_M_N, STD_M_N = 5e-5, 4e-6
+UNSURE_TURN = np.diag([0, *[4e-4] * 3, *[1e-8] * 9]).tolist()
 
 
 @pytest.fixture
@@ -101,44 +102,6 @@ def test_a_tip_and_its_covariance(tmp_path, probe):
     assert calibrated_probe(probe, [path]) is probe
 
 
-@pytest.mark.parametrize(
-    ("changed", "line"),
-    [
-        ({"tip_m": [0.03, 0.2, 0.08]}, "tip_m: expected within 20 mm .* 30 mm away"),
-        ({"std_m": 0.002}, "determined to 0.2 mm, found one to 2 mm"),
-        ({"tip_m": None}, "tip_m: expected finite numbers"),
-        ({"tip_covariance_m2": np.triu(np.ones((3, 3))).tolist()}, "expected a symmetric"),
-    ],
-)
-def test_a_tip_that_does_not_serve(tmp_path, probe, changed, line):
-    with pytest.raises(ValueError, match=f"tip.json: .*{line}"):
-        calibrated_probe(probe | {"tip": "calibration"}, [tip(tmp_path, **changed)])
-
-
-@pytest.mark.parametrize(
-    ("changed", "line"),
-    [
-        ({"turn_deg": 40}, "expected within 20 degrees of how the .* found it 40 degrees away"),
-        (
-            {"covariance": np.diag([0, *[4e-4] * 3, *[1e-8] * 9]).tolist()},
-            "rotation: expected one that is determined to 0.3 degrees, .* 1.1",
-        ),
-        (
-            {"mass_std_kg": 0.004},
-            "mass_kg: expected one .* determined to 1 g, found one to 4 g",
-        ),
-        ({"covariance": (np.eye(13) * 1e-5).tolist()}, "centre_of_mass_m: .* 1 mm, found one to 3"),
-        ({"axes_std_rad": 5e-5}, "axes_std_rad: expected no less than the covariance says, 0.0001"),
-        ({"covariance": [1.0]}, r"covariance: expected finite numbers of shape \(13, 13\)"),
-        ({"marker_from_force_rotation": np.eye(3).tolist()[::-1]}, "rotation, found a mirrored"),
-    ],
-)
-def test_a_load_that_does_not_serve(load, probe, changed, line):
-    path = load(**changed)
-    with pytest.raises(ValueError, match=f"load.json: .*{line}"):
-        calibrated_probe(probe | {"load": "calibration", "axes": "calibration"}, [path])
-
-
 def stiffness(folder, stiffness_n_m):
     path = folder / "stiffness.json"
     known = {"compliance_m_n": COMPLIANCE_M_N, "compliance_std_m_n": STD_M_N}
@@ -189,3 +152,26 @@ def test_what_was_not_made(probe, load):
         calibrated_probe(asks, [load()])
     assert as_stated(asks, {"load"}) == probe | {"load": "calibration"}
     assert "load" not in as_stated(asks) and asked(as_stated(asks)) == {}
+
+
+@pytest.mark.parametrize(
+    ("part", "changed", "line"),
+    [
+        ("tip", {"tip_m": [0.03, 0.2, 0.08]}, "tip_m: expected within 20 mm .* 30 mm away"),
+        ("tip", {"std_m": 0.002}, "determined to 0.2 mm, found one to 2 mm"),
+        ("tip", {"tip_m": None}, "tip_m: expected finite numbers"),
+        ("tip", {"tip_covariance_m2": np.triu(np.ones((3, 3))).tolist()}, "expected a symmetric"),
+        ("load", {"turn_deg": 40}, "within 20 degrees of how the .* found it 40 degrees away"),
+        ("load", {"covariance": UNSURE_TURN}, "one that is determined to 0.3 degrees, .* 1.1"),
+        ("load", {"mass_std_kg": 0.004}, "mass_kg: .* determined to 1 g, found one to 4 g"),
+        ("load", {"covariance": (np.eye(13) * 1e-5).tolist()}, "centre_of_mass_m: .* 1 mm, .* 3"),
+        ("load", {"axes_std_rad": 5e-5}, "no less than the covariance says, 0.0001"),
+        ("load", {"covariance": [1.0]}, r"covariance: .* of shape \(13, 13\)"),
+        ("load", {"marker_from_force_rotation": np.eye(3).tolist()[::-1]}, "found a mirrored"),
+    ],
+)
+def test_a_calibration_that_does_not_serve(load, probe, tmp_path, part, changed, line):
+    path = tip(tmp_path, **changed) if part == "tip" else load(**changed)
+    asks = dict.fromkeys(("tip",) if part == "tip" else ("load", "axes"), "calibration")
+    with pytest.raises(ValueError, match=f"{part}.json: .*{line}"):
+        calibrated_probe(probe | asks, [path])

@@ -1,15 +1,21 @@
-"""Camera calibration on real boards with a known answer, and on exact synthetic ones."""
+"""Camera calibration on real boards with a known answer, on synthetic ones; its verdicts."""
 
 import numpy as np
 import pytest
-from boards_seen import BOARD, CALTECH, LEFT, RIGHT, SIZE_PX, caltech, poses, seen
+from boards_seen import BOARD, CALTECH, LEFT, RIGHT, RIGHT_FROM_LEFT, SIZE_PX, caltech, poses, seen
 from palpate.vision.board import Board
 from palpate.vision.calibration import calibrate_camera
-from palpate.vision.camera import PinholeCamera, camera_from_spec, with_calibration
+from palpate.vision.calibration_report import camera_verdict, pair_verdict
+from palpate.vision.camera import PinholeCamera, camera_from_spec
+from palpate.vision.pair_calibration import calibrate_pair
 from palpate.vision.pose import candidate_poses
 from scipy.spatial.transform import Rotation
 
 KINECT = PinholeCamera(640, 480, 522.6, 520.6, 310.7, 233.3, (0.26, -0.84, -0.002, 0.001, 0.91))
+
+
+def calibrated(views, noise_px=0.02):
+    return calibrate_camera(seen(BOARD, views, RIGHT, noise_px=noise_px), BOARD, SIZE_PX)
 
 
 def is_right(found, known):
@@ -71,26 +77,6 @@ def test_a_board_that_tilts_in_place_is_not_one_view():
     assert not result.rejected
     assert is_right(result, camera)
     assert result.standard_errors["fx_px"] < 3
-
-
-def test_a_sensors_own_optics_replace_those_of_its_file(sensors):
-    sensor = sensors["kinect"]
-    camera = {"fx_px": 500.0, "fy_px": 501.0, "cx_px": 300.0, "cy_px": 200.0}
-    camera["distortion"] = [0.1] * 5
-    shift = np.eye(4).tolist()
-    calibration = {
-        "cameras": {"color": camera, "infrared": camera | {"fx_px": 600.0}},
-        "color_from_infrared": shift,
-    }
-    found = with_calibration(sensor, calibration)
-    assert found["color"]["fx_px"] == 500.0
-    assert (found["depth"]["fx_px"], found["depth"]["color_from_depth"]) == (600.0, shift)
-    assert found["depth"]["baseline_m"] == sensor["depth"]["baseline_m"]
-    assert sensor["color"]["fx_px"] != 500.0
-    assert (found["depth"]["cx_px"], found["depth"]["cy_px"]) == (300.0, 200.0)
-    cut = sensor | {"depth": sensor["depth"] | {"infrared_shift_px": [5, 4]}}
-    found = with_calibration(cut, calibration)["depth"]
-    assert (found["cx_px"], found["cy_px"]) == (295.0, 196.0)
 
 
 def test_outlying_corners_are_named_and_do_no_harm():
@@ -166,3 +152,54 @@ def parallel(count):
 def test_views_that_determine_nothing(board, views, line):
     with pytest.raises(ValueError, match=line):
         calibrate_camera(seen(board, views, RIGHT, noise_px=0.1), BOARD, SIZE_PX)
+
+
+def tilted(degrees, count=12):
+    """Boards near the middle that are tilted by so much, to all sides."""
+    views = poses(count)
+    for k, pose in enumerate(views.values()):
+        way = 2 * np.pi * k / count
+        turn = np.deg2rad(degrees) * np.array([np.cos(way), np.sin(way), 0])
+        pose[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
+        pose[:3, 3] = -0.1, -0.08, 0.7 + 0.2 * np.sin(3 * way)
+        pose[:2, 3] += 0.03 * np.array([np.cos(2 * way), np.sin(2 * way)])
+    return views
+
+
+def test_good_views_determine_all():
+    assert all(camera_verdict(calibrated(poses(40, far_m=(0.3, 0.6)))).determined.values())
+
+
+def test_boards_in_the_middle_do_not_determine_the_distortion():
+    found = camera_verdict(calibrated(tilted(30)))
+    known = {"focal length": True, "principal point": True, "distortion": False}
+    assert found.determined == known
+    (line,) = [one for one in found.lines if "not determined" in one]
+    assert line.startswith("distortion: ") and line.endswith(": views in the picture's corners")
+
+
+def test_boards_that_are_hardly_tilted_do_not_determine_the_focal_length():
+    verdict = camera_verdict(calibrated(tilted(6), noise_px=0.1))
+    assert not verdict.determined["focal length"]
+    assert verdict.lines[0].endswith("tilted by 30 degrees to all sides")
+    assert "no target tilts by more than 6 degrees" in verdict.lines[-1]
+
+
+def test_bad_corners_at_the_boards_edge():
+    board = Board(9, 6, 0.025)
+    corners = seen(board, poses(20), LEFT)
+    edge = np.ones((6, 9), dtype=bool)
+    edge[1:-1, 1:-1] = False
+    rng = np.random.default_rng(3)
+    for found in corners.values():
+        found[edge.ravel()] += rng.normal(0, 0.06, (edge.sum(), 2))
+    verdict = camera_verdict(calibrate_camera(corners, board, SIZE_PX))
+    assert "corners at the board's edge are off by" in verdict.lines[-1]
+
+
+@pytest.mark.parametrize(("noise_px", "determined"), [(0.02, True), (1.5, False)])
+def test_whether_the_transform_is_determined(noise_px, determined):
+    first = seen(BOARD, poses(10), LEFT, noise_px=noise_px)
+    second = seen(BOARD, poses(10), RIGHT, RIGHT_FROM_LEFT, noise_px=noise_px, seed=2)
+    pair = calibrate_pair(first, second, BOARD, (SIZE_PX, SIZE_PX))
+    assert all(pair_verdict(pair).determined.values()) == determined

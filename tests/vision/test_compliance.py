@@ -20,14 +20,6 @@ def seen(way_m, std_m=5e-5, seed=1):
     return FAR_M + way_m + np.random.default_rng(seed).normal(0, std_m, len(way_m))
 
 
-def test_a_press_without_noise():
-    force, _ = press()
-    found = find_compliance(seen(force / STIFFNESS_N_M, 0.0), force)
-    assert found.stiffness_n_m == pytest.approx(STIFFNESS_N_M, rel=1e-6)
-    assert found.samples == pytest.approx((force > 0.5).sum(), abs=2)
-    assert found.determined
-
-
 @pytest.mark.parametrize("alike", [0.0, 0.7])
 @pytest.mark.parametrize("stiffness_n_m", [3e3, 2e4, 1e5])
 def test_deviations_hold(stiffness_n_m, alike):

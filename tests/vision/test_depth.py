@@ -73,16 +73,6 @@ def rendered_pair(disparity):
     return tuple(np.clip(image + 0.5, 0, 255).astype(np.uint8) for image in (left, right))
 
 
-@pytest.mark.parametrize(("method", "subpixel"), STEREO)
-def test_stereo_depth_of_a_textured_plane(sensors, method, subpixel):
-    sensor = with_stereo(sensors["bumblebee"], method, subpixel)
-    left, right = rendered_pair(np.full((300, 900), 140.5))
-    depth = stereo_depth(left, right, sensor)
-    inner = depth[20:-20, 260:-20]
-    assert np.isfinite(inner).mean() > 0.95
-    assert np.nanmedian(np.abs(inner - 790 * 0.12 / 140.5)) < 1e-3
-
-
 @pytest.mark.parametrize("method", ["block", "semi_global"])
 def test_refinement_follows_a_slanted_plane(sensors, method):
     column, row = np.meshgrid(np.arange(900), np.arange(300))
@@ -212,7 +202,8 @@ def coloured_pair(highlight_px):
     for disparity, at in ((0, 340), (100, 340 - highlight_px)):
         bright = 90 * np.exp(-((x - at) ** 2 + (y - 100) ** 2) / (2 * 14.0**2))
         image = np.roll(base, -disparity, axis=1) + bright[..., None]
-        image += rng.normal(0, 0.8, image.shape)
+        # Two cameras' colours differ by something everywhere.
+        image += rng.normal(0, 0.8, image.shape) + [6 * (disparity > 0), 0, 0]
         pair.append(np.clip(image, 0, 255).round().astype(np.uint8))
     return pair
 

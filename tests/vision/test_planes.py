@@ -4,10 +4,6 @@ import json
 
 import numpy as np
 import pytest
-from palpate.vision.force import WRENCH, ForceRecord
-from palpate.vision.indentation import frame_wrenches, weight_wrenches
-from palpate.vision.options import Force
-from palpate.vision.probe import marker_columns
 from palpate.vision.support_plane import fit_support_plane, height_above, read_plane
 
 
@@ -85,38 +81,3 @@ def test_a_plane_is_read_as_it_was_written(tmp_path):
     path = tmp_path / "support_plane.json"
     path.write_text(json.dumps({"normal": [0, -0.6, -0.8005], "offset_m": 0.7}))
     assert read_plane(path) == pytest.approx([0, -0.6, -0.8005, 0.7])
-
-
-def test_weight_of_what_hangs_on_the_sensor():
-    """Half a kilogram, 0.1 m along z from the sensor, which lies on its side: z along the floor."""
-    side = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
-    (found,) = weight_wrenches(
-        side[None], np.array([0, 0, 1.0]), {"mass_kg": 0.5, "centre_of_mass_m": [0, 0, 0.1]}
-    )
-    # Down is the sensor's x; what pulls x at z = 0.1 turns it about y.
-    weight = 0.5 * 9.80665
-    assert found == pytest.approx([weight, 0, 0, 0, 0.1 * weight, 0], rel=1e-3)
-
-
-def test_readings_of_a_hundredth_of_a_second():
-    time = np.arange(100) / 1000
-    found = ForceRecord(time, np.column_stack([time, 2 * time]), (0.0, 0.1), ()).averaged()
-    assert found.time_s == pytest.approx(0.0045 + 0.01 * np.arange(10))
-    assert found.wrench[:, 1] == pytest.approx(2 * found.time_s)
-    slow = np.arange(5) / 50
-    assert ForceRecord(slow, slow[:, None], (0.0, 0.1), ()).averaged().time_s == pytest.approx(slow)
-
-
-def test_the_wrench_is_taken_to_the_tip_and_turned_to_the_camera(probe):
-    """The object pushes the tip by 2 N across, at its end, with 0.01 Nm about the axis."""
-    time = np.arange(0, 2, 0.001)
-    wrench = np.tile([2.0, 0, 0, 0, 0.06 * 2.0, 0.01], (len(time), 1))
-    record = ForceRecord(time, wrench, (0.0, 0.1), tuple(WRENCH))
-    pose = np.eye(4)
-    pose[:3, :3] = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]) @ (
-        np.array(probe["marker_from_force"])[:3, :3].T
-    )
-    poses = marker_columns(np.stack([pose] * 2)).assign(time_s=[0.5, 1.0])
-    table = frame_wrenches(record, poses, probe, Force(matching="linear"))
-    expected = [0, -2.0, 0, 0, 0, -0.01]
-    assert table[WRENCH].to_numpy() == pytest.approx(np.array([expected] * 2), abs=1e-9)

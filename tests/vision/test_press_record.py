@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
-from palpate.vision.camera import camera_from_spec
-from palpate.vision.clouds import Cloud, Reach, in_mask, object_cloud, probe_places
+from palpate.vision.clouds import probe_places
 from palpate.vision.force import FORCE
 from palpate.vision.indentation import capture_wrenches
-from palpate.vision.options import Clouds, Force
+from palpate.vision.options import Force
 from palpate.vision.probe import AXIS, marker_from_tip, marker_transforms
-from synthetic_capture import CLOCK_S, TIME_S, TOP_M, depth_m
+from synthetic_capture import CLOCK_S, TIME_S, depth_m
 
-STEM = {"stem_m": 0.03}
 DEEP = int(np.argmax(depth_m(TIME_S)))
 
 
@@ -75,50 +73,3 @@ def test_what_is_cut_away_is_the_probe(synthetic, stem_m):
     assert (found != truth).mean() < 5e-4
     block = truth[-len(synthetic.clouds[DEEP][0]) :]
     assert 0 < block.sum() < 0.3 * len(block)
-
-
-def test_a_thin_stem_leaves_a_slope_its_surface(synthetic):
-    """A slope of 30 degrees through the ball's foremost point, within 60 mm of it."""
-    place = probe_places(synthetic.poses, synthetic.probe)[DEEP]
-    across = np.cross(place.axis, [0.0, 0.0, 1.0])
-    across /= np.linalg.norm(across)
-    up = np.cross(across, place.axis)
-    grid = np.stack(np.meshgrid(*[np.linspace(-0.06, 0.06, 121)] * 2), axis=-1).reshape(-1, 2)
-    grid = grid[np.linalg.norm(grid, axis=1) < 0.06]
-    slope = np.cos(np.pi / 6) * up - np.sin(np.pi / 6) * place.axis
-    foremost = place.tip_m + synthetic.radius_m * place.axis
-    points = foremost + grid @ np.stack([across, slope])
-    thin = place._replace(exclusion=place.exclusion | STEM)
-    cut = [one.holds(points).mean() for one in (place, thin)]
-    assert cut[0] > 0.04 > 0.02 > cut[1], cut
-
-
-def test_a_cloud_is_the_block_without_the_probe(synthetic, sensors):
-    """The probe's own surface, 0.3 mm about ball, shaft and board, is gone; the block is there."""
-    marker = marker_transforms(synthetic.poses)[DEEP]
-    tip = marker @ marker_from_tip(synthetic.probe)
-    rng = np.random.default_rng(5)
-    ball = rng.normal(size=(2000, 3))
-    ball *= synthetic.radius_m / np.linalg.norm(ball, axis=1)[:, None]
-    turn = rng.uniform(0, 2 * np.pi, 4000)
-    shaft = np.column_stack(
-        [0.02 * np.cos(turn), 0.02 * np.sin(turn), rng.uniform(-0.2, -0.01, 4000)]
-    )
-    board = MIDDLE_M + rng.uniform(-1, 1, (4000, 3)) * [*HALF_M, 0]
-    probe = [
-        part @ pose[:3, :3].T + pose[:3, 3]
-        for part, pose in ((ball, tip), (shaft, tip), (board, marker))
-    ]
-    block = synthetic.clouds[DEEP][0]
-    points, shown = np.concatenate([block, *probe]), np.ones((480, 640), bool)
-    camera = camera_from_spec(sensors["kinect"]["color"])
-    cloud = object_cloud(
-        Cloud(points[in_mask(points, shown, camera)]),
-        probe_places(synthetic.poses, synthetic.probe)[DEEP],
-        Reach(tip[:3, 3], 0.5, 0.5, synthetic.plane),
-        Clouds(),
-    )
-    height = in_frame(synthetic.camera_from_object, cloud.points_m)[:, 2]
-    assert height.max() < TOP_M + 0.001
-    kept = block[~of_the_probe(block, marker, tip)]
-    assert len(cloud.points_m) > 0.8 * len(kept)

@@ -13,9 +13,7 @@ from palpate.capture.experiments import check_experiment
 from palpate.capture.tables import (
     WRENCH_COLUMNS,
     read_force,
-    read_frames,
     write_force,
-    write_frames,
 )
 from palpate.config.probe import asked
 from palpate.estimate.direct.options import ProbeUncertainty
@@ -24,9 +22,8 @@ from palpate.vision.force import wrenches
 from scipy.spatial.transform import Rotation
 
 HELD = {"poses": 7, "hold_s": 1.45, "turn_s": 0.55, "frame_rate_hz": 3}
-EACH = 6
 PRESSED = {"presses": 1, "press_s": 6.0, "rest_s": 1.0, "frame_rate_hz": 4}
-STIFFNESS_N_M, SOFT_N_M = 5000, 1000
+STIFFNESS_N_M = 5000
 
 pytestmark = pytest.mark.long
 
@@ -47,11 +44,7 @@ def held(root, sensor, probe, tmp_path_factory):
 def pressed(root, sensor, probe, tmp_path_factory):
     """A film of a press on something rigid, and its truth."""
     folder = tmp_path_factory.mktemp("sensors") / "stiffness"
-    return folder, recorded(root, sensor, probe, folder, STIFFNESS_N_M)
-
-
-def recorded(root, sensor, probe, folder, stiffness_n_m):
-    return lab_film(root, folder, sensor, probe, stiffness_n_m=stiffness_n_m, **PRESSED)
+    return folder, lab_film(root, folder, sensor, probe, stiffness_n_m=STIFFNESS_N_M, **PRESSED)
 
 
 @pytest.fixture
@@ -82,13 +75,6 @@ def staged(stage, sensor, probe, tmp_path):
     return run
 
 
-def part_of(folder, frames, place):
-    """The film's rows of some frames alone."""
-    new = shutil.copytree(folder, place / folder.name)
-    write_frames(new, read_frames(folder)[:frames])
-    return new
-
-
 def test_a_load(held, ran, sensor, tmp_path):
     folder, truth = held
     assert not check_experiment(folder, sensor)
@@ -107,20 +93,6 @@ def test_a_load(held, ran, sensor, tmp_path):
         assert (np.abs(error) < 3.5 * deviation).all(), part
 
 
-def test_five_poses_are_too_few(held, ran, staged, tmp_path):
-    few = part_of(held[0], 5 * EACH, tmp_path)
-    line = f"{few}: poses: expected at least 6, found 5"
-    assert ran(few) == (1, f"error: {line}\n")
-    assert line in staged(few)
-
-
-def test_a_film_without_a_vertical(held, ran, tmp_path):
-    new = part_of(held[0], 7 * EACH, tmp_path)
-    shutil.rmtree(new / "background")
-    status, line = ran(new)
-    assert status == 1 and "--up: expected it, or a recording with background/" in line
-
-
 def test_a_stiffness(pressed, sensor, ran, tmp_path):
     folder, truth = pressed
     assert not check_experiment(folder, sensor)
@@ -130,23 +102,6 @@ def test_a_stiffness(pressed, sensor, ran, tmp_path):
     off_m_n = found["compliance_m_n"] - 1 / truth["stiffness_n_m"]
     assert abs(off_m_n) < 2.5 * found["compliance_std_m_n"]
     assert found["compliance_std_m_n"] < 0.15 / STIFFNESS_N_M
-
-
-def test_something_soft(root, sensor, probe, ran, tmp_path):
-    folder = tmp_path / "stiffness"
-    recorded(root, sensor, probe, folder, SOFT_N_M)
-    status, line = ran(folder)
-    assert status == 1
-    assert line.startswith(f"error: {folder}: way: expected 2000 N/m or more, found ")
-
-
-def test_a_capture_of_foam(root, ran, tmp_path):
-    folder = tmp_path / "stiffness"
-    shutil.copytree(root / "tests/sample/raw/foam_block/bumblebee/08", folder)
-    status, line = ran(folder)
-    assert status == 1
-    expected = "expected 10 samples or more above 0.5 N, found 4 of 10"
-    assert line == f"error: {folder}: force: {expected}\n"
 
 
 def test_stages_give_a_probe_its_numbers(held, pressed, staged, probe):
@@ -161,8 +116,7 @@ def test_stages_give_a_probe_its_numbers(held, pressed, staged, probe):
     np.testing.assert_allclose(turn[:3, :3], held[1]["marker_from_force"], atol=5e-3)
     stated = np.array(probe["marker_from_force"])
     np.testing.assert_array_equal(turn[:, 3], stated[:, 3])
-    compliance_m_n = 1 / found["stiffness_n_m"]
-    off_m_n = compliance_m_n - 1 / pressed[1]["stiffness_n_m"]
+    off_m_n = 1 / found["stiffness_n_m"] - 1 / pressed[1]["stiffness_n_m"]
     assert abs(off_m_n) < 2.5 * found["compliance_std_m_n"]
     known = ProbeUncertainty.of(found)
     assert known.compliance_std_m_n and found["axes_std_rad"] and found["load"]["mass_std_kg"]
@@ -170,7 +124,7 @@ def test_stages_give_a_probe_its_numbers(held, pressed, staged, probe):
 
 def test_numbers_of_few_steps(held, ran, probe, sensor, tmp_path):
     """A record in steps of 0.05 N and 2 mNm, of which one torque hardly leaves one."""
-    new = part_of(held[0], 7 * EACH, tmp_path)
+    new = shutil.copytree(held[0], tmp_path / held[0].name)
     record = read_force(new)
     _, wrench = wrenches(record, probe)
     steps = np.repeat([0.05, 0.002], 3)

@@ -44,13 +44,8 @@ def test_a_table(table, given, tmp_path):
 
 def test_other_columns_and_units(table, given):
     plain = given(table())
-    other = given(
-        table(names=("weg (mm)", "fz"), scale=(1e3, 1e3)),
-        "--force-unit",
-        "mN",
-        "--force-column",
-        "fz",
-    )
+    path = table(names=("weg (mm)", "fz"), scale=(1e3, 1e3))
+    other = given(path, "--force-unit", "mN", "--force-column", "fz")
     assert plain.splitlines()[2:] == other.splitlines()[2:]
     assert "depth in mm" in other and "force in mN" in other
 
@@ -85,10 +80,6 @@ def test_weights_on_paper(given, tmp_path):
     path, force = tmp_path / "weights.csv", np.arange(1, 12) * 0.5
     write_table(path, pd.DataFrame({"depth_m": force / 2e4, "force_n": force}))
     text = given(path)
-    assert "gives way by 0.050000 +- 0.000010 mm per newton" in text
-    assert "0.00000 +- 0.00010 mm" in text
-    assert "residual: 0 mm" in text
-    assert "stiffness: determined, to 4 N/m" in text
     assert text.endswith("stiffness_n_m: 20000\ncompliance_std_m_n: 1.0e-08\n")
 
 

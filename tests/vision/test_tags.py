@@ -7,7 +7,7 @@ from palpate.vision.corners import off_others
 from palpate.vision.marker import CornerFollower, board_of
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.probe import board_poses
-from printed_boards import CAMERA, CORRUPTIONS, exact, hand, noisy, picture, whiteness
+from printed_boards import CAMERA, CORRUPTIONS, exact, hand, noisy, picture
 from scipy.spatial.transform import Rotation
 
 CHARUCO = {"kind": "charuco", "squares": [7, 5], "dictionary": "4X4_50"}
@@ -42,7 +42,7 @@ def test_what_is_printed_is_opencvs_board(legacy):
     known.setLegacyPattern(legacy)
     drawn = known.generateImage((5 * 40, 4 * 40), marginSize=0)
     v, u = (np.indices(drawn.shape) + 0.5) / 40 - 1
-    assert np.array_equal(255 * whiteness(board.print, u, v), drawn)
+    assert np.array_equal(255 * board.print.at(u, v), drawn)
     corners = np.array(known.getChessboardCorners())
     assert board.points_m == pytest.approx(corners - corners[0], abs=1e-7)
 

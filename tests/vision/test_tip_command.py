@@ -1,14 +1,16 @@
-"""`palpate calibrate tip` on poses of other programs, on a table and on a film."""
+"""The tip by command and by the stage: poses of other programs, tables, a film of the lab."""
 
 import json
 import re
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from palpate.capture.tables import write_table
+from lab_films import lab_film
+from palpate.__main__ import main
+from palpate.capture.experiments import check_experiment
+from palpate.capture.tables import read_frames, write_frames, write_table
 from palpate.config.sensor import covariance_fault
 from palpate.units import MILLIMETRES
 from palpate.vision.pivot import find_pivot
@@ -140,7 +142,55 @@ def test_a_tip_that_the_file_has_elsewhere(table, given, tmp_path, probe):
     assert "warning: 50 mm from where the file has it" in given(table, "--board", file)
 
 
-def test_no_film_is_asked_for_that_none_makes():
-    found = find_pivot(turned_handle(), range(200))
-    said = replace(found, covariance=found.covariance * 50**2).verdict
-    assert "1000 frames would not determine it: bring the board nearer" in said
+SENSOR, PROBE = "tests/sample/sensors/bumblebee.yaml", "config/probes/nano25_sphere.yaml"
+
+
+@pytest.fixture(scope="module")
+def sensor(root):
+    return yaml.safe_load((root / SENSOR).read_text())
+
+
+@pytest.fixture(scope="module")
+def recorded(root, sensor, probe, tmp_path_factory):
+    """A recording of the handle by the smaller stereo head, and where its probe's tip really is."""
+    folder = tmp_path_factory.mktemp("sensors") / "pivot"
+    return folder, lab_film(root, folder, sensor, probe, frames=12)["tip_m"]
+
+
+@pytest.fixture
+def found(stage, sensor, probe, tmp_path):
+    """Run the stage; give tip.json, or the line that it ends with."""
+
+    def run(folder, of=probe):
+        params = {"part": "tip", "sensor": sensor, "probe": of, "options": {}, "more": {}}
+        files = {"inputs": {"film": folder}, "outputs": {"fields": "tip.json"}}
+        line = stage("probe_calibration", **files, params=params)
+        return line or json.loads((tmp_path / "tip.json").read_text())
+
+    return run
+
+
+def test_the_tip_is_found(recorded, found, sensor, root, tmp_path):
+    """By the stage, and as well by the command."""
+    folder, tip_m = recorded
+    assert not check_experiment(folder, sensor)
+    told = found(folder)
+    assert told["poses"] == 12
+    assert np.linalg.norm(told["tip_m"] - tip_m) < 2e-4
+    off = told["tip_m"] - tip_m
+    assert off @ np.linalg.solve(told["tip_covariance_m2"], off) < 20
+    out = tmp_path / "by_command.json"
+    given = folder, "--sensor", root / SENSOR, "--board", root / PROBE, "--output", out
+    assert main(["calibrate", "tip", *map(str, given)]) == 0
+    assert json.loads(out.read_text()) == told
+
+
+def test_a_probe_must_be_named_and_a_few_frames_are_rejected(recorded, found, tmp_path):
+    folder, _ = recorded
+    assert "experiments.probe: expected the recorded probe, found none" in found(folder, None)
+    short = tmp_path / "pivot"
+    short.mkdir()
+    for side in ("left", "right"):
+        (short / side).symlink_to(folder / side)
+    write_frames(short, read_frames(folder)[:9])
+    assert f"{short}: poses: expected at least 10, found 9" in found(short)

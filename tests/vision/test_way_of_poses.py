@@ -1,9 +1,10 @@
-"""The cheapest way through the two poses that each frame of a board allows."""
+"""The cheapest way through the poses that frames allow, and the tip's filter and smoother."""
 
 from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from palpate.vision.kalman import smooth_tip, study_filter
 from palpate.vision.pose import MarkerPose, settle
 from scipy.spatial.transform import Rotation
 
@@ -60,3 +61,33 @@ def test_frames_without_the_board_are_bridged():
     frames = [[flat], [], [tilted, flat], []]
     assert settle(frames) == [flat, None, flat, None]
     assert settle([[], []]) == [None, None]
+
+
+def test_study_filter_by_hand():
+    # P0 = 0 gives gain 0, then P = 1 gives 1/11, then P = 10/11 + 1 gives 21/131.
+    found = study_filter(np.array([[1.0], [2.0], [2.0], [3.0]])).ravel()
+    second = 1 + 1 / 11
+    assert found == pytest.approx([1, 1, second, second + 21 / 131 * (3 - second)])
+
+
+def test_smoother_is_the_likeliest_path():
+    """Of all starts and accelerations, each constant between two frames, by least squares."""
+    rng = np.random.default_rng(2)
+    time_s, acceleration = np.cumsum(rng.uniform(0.1, 0.3, 9)), 0.4
+    std, values = rng.uniform(0.01, 0.03, 9), rng.normal(0, 0.05, 9)
+    values[[0, 4]] = np.nan
+    # Place and speed over start, speed and eight accelerations.
+    place, speed = np.zeros((2, 9, 10))
+    place[0, 0] = speed[0, 1] = 1
+    for k, step in enumerate(np.diff(time_s)):
+        place[k + 1] = place[k] + step * speed[k]
+        speed[k + 1] = speed[k]
+        place[k + 1, 2 + k], speed[k + 1, 2 + k] = step**2 / 2, step
+    seen = np.isfinite(values)
+    scale = np.r_[1, 1, np.full(8, acceleration)]
+    rows = np.concatenate([place[seen] / std[seen, None], np.diag(1 / scale)])
+    wanted = np.r_[values[seen] / std[seen], values[1], np.zeros(9)]
+    likeliest = place @ np.linalg.lstsq(rows, wanted, rcond=None)[0]
+    tips, stds = (np.column_stack([column] * 3) for column in (values, std))
+    found = smooth_tip(time_s, tips, stds, acceleration_std_m_s2=acceleration)
+    assert found == pytest.approx(np.column_stack([likeliest] * 3), abs=1e-9)
