@@ -125,7 +125,6 @@ def test_what_an_interrupted_lab_left_is_its_own_to_complete_and_a_recording_the
 def test_experiments_that_people_dropped_are_theirs(root, home):
     assert len(opened(home).lab_experiments) == 15
     dropped = home / "raw/sensors/kinect/loading"
-    dropped.parent.mkdir(parents=True)
     shutil.copytree(root / "tests/sample/raw/foam_block/kinect/08", dropped)
     made = home / "raw/sensors/kinect/planes"
     made.mkdir()
@@ -282,9 +281,8 @@ def test_a_recorded_object_is_kept(root, home):
     drop(root, home)
     run = opened(home)
     assert not {c for c in run.simulated if c.object == "foam_block"}
-    block = [c for c in run.captures if c.object == "foam_block"]
-    assert len(block) == 2
-    assert set(block) <= set(run.tracked)
+    block = {c for c in run.captures if c.object == "foam_block"}
+    assert len(block) == 2 and block <= set(run.tracked)
     assert run.direct == run.captures
 
 
