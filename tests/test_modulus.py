@@ -32,17 +32,6 @@ def test_a_table_gives_back_what_it_was_given(name):
 @pytest.mark.parametrize(
     ("low", "high", "verdict"),
     [
-        (10.0, 15.0, "identified"),
-        (10.0, 15.001, "bounded"),
-    ],
-)
-def test_a_modulus_is_identified_up_to_a_factor(low, high, verdict):
-    assert Modulus.of_pascals(12.0, low, high).verdict == verdict
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "verdict"),
-    [
         (0.0051, 0.2, "identified"),
         (0.005, 0.2, "bounded"),
         (0.3, 0.4949, "identified"),
@@ -56,6 +45,12 @@ def test_a_modulus_is_identified_up_to_a_factor(low, high, verdict):
 )
 def test_verdicts_of_poissons_ratio_at_their_limits(low, high, verdict):
     assert verdict_of_nu(low, high, (0.0, 0.5)) == verdict
+
+
+def test_a_modulus_is_identified_up_to_a_factor():
+    highs = (15.0, 15.001)
+    found = [Modulus.of_pascals(12.0, 10.0, high).verdict for high in highs]
+    assert found == ["identified", "bounded"]
 
 
 def test_what_a_table_says_is_explained_the_best_first(root):

@@ -1,6 +1,5 @@
 """NPZ files that are none, or promise what is not there."""
 
-import io
 import zipfile
 
 import numpy as np
@@ -25,24 +24,15 @@ def test_arrays_come_back(tmp_path):
     assert np.array_equal(arrays["b"], np.eye(2))
 
 
-def pickled():
-    made = io.BytesIO()
-    np.save(made, np.array([{"a": print}], dtype=object), allow_pickle=True)
-    return made.getvalue()
-
-
 @pytest.mark.parametrize(
     "member",
     [
-        pickled(),
         npy("(10**15,)"),
-        npy("(1000000000000000,)"),
         npy("(-5,)"),
         npy("(3,)"),
-        b"",
         b"text",
     ],
-    ids=["pickle", "sum", "huge", "negative", "short", "empty", "text"],
+    ids=["sum", "negative", "short", "text"],
 )
 def test_a_damaged_member(tmp_path, member):
     archive(tmp_path / "a.npz", member)

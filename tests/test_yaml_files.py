@@ -4,13 +4,6 @@ import pytest
 from palpate.yaml_files import LONGEST_LINE, load_yaml, one_line
 
 
-def laughs(rows):
-    before = 'a0: &a0 ["ha"]\n'
-    return before + "".join(
-        f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]\n" for k in range(1, rows)
-    )
-
-
 def merges(rows):
     return "a0: &a0 {k: 1}\n" + "".join(
         f"a{k}: &a{k} {{<<: [*a{k - 1}, *a{k - 1}]}}\n" for k in range(1, rows)
@@ -20,16 +13,13 @@ def merges(rows):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (laughs(12), "more than 100000 values"),
         (merges(40), "more than 100000 values"),
         ("a: &a [*a]\n", "or one that holds itself"),
         ("a: " + "[" * 20_000, "recursion"),
-        ("a: !!python/object/apply:os.system ['ls']\n", "could not determine a constructor"),
         ("a: !!float abc\n", "abc"),
         ("a: !!bool maybe\n", "maybe"),
         ("a: 2020-13-45\n", "month"),
         (f"a: {'9' * 5000}\n", "4300"),
-        ("a: 1\na: 2\n", "key a is given twice"),
         ("#" * 1_100_000, "expected YAML of at most 1000000 bytes, found 1100000"),
     ],
 )

@@ -3,16 +3,7 @@
 import shutil
 
 import pytest
-import yaml
 from bag_writing import stand_in
-
-
-@pytest.fixture(scope="session")
-def specifications(root):
-    def named(folder):
-        return {path.stem: yaml.safe_load(path.read_text()) for path in folder.glob("*.yaml")}
-
-    return named(root / "tests/sample/sensors"), named(root / "config/probes")
 
 
 @pytest.fixture

@@ -40,23 +40,16 @@ def test_what_stands_in_an_objects_folder(tmp_path):
     assert kinect.folder == tmp_path / "kinect" and kinect.has_background
     assert [place.name for place in kinect.contents] == ["background", "A1", "b2"]
     assert zed.contents == zed.captures == (tmp_path / "zed/1",)
+    assert sensor_folders(tmp_path / "raw") == () and discover(tmp_path / "raw") == []
     assert not zed.has_background and zed.background == tmp_path / "zed/background"
 
 
-def test_nothing_where_there_is_no_folder(tmp_path):
-    assert discover(tmp_path / "raw") == []
-    assert sensor_folders(tmp_path / "raw") == ()
-
-
-@pytest.mark.parametrize(("name", "point"), [("08", "08"), ("11-a03", "11"), ("p1", "p1")])
-def test_a_captures_name_begins_with_its_point(name, point):
-    assert CaptureId("foam_block", "kinect", name).point == point
-    assert CAPTURE_NAME.fullmatch(name)
-
-
-@pytest.mark.parametrize("name", ["08-b", "08-a", "08-second try", "08_a1", "-a1", "08-a1-a2"])
-def test_names_that_the_workflow_does_not_take(name):
-    assert not CAPTURE_NAME.fullmatch(name)
+def test_a_captures_name_begins_with_its_point():
+    for name, point in {"08": "08", "11-a03": "11", "p1": "p1"}.items():
+        assert CaptureId("foam_block", "kinect", name).point == point
+        assert CAPTURE_NAME.fullmatch(name)
+    for name in ("08-b", "08-a", "08-second try", "08_a1", "-a1", "08-a1-a2"):
+        assert not CAPTURE_NAME.fullmatch(name)
 
 
 @pytest.fixture

@@ -9,7 +9,9 @@ import pytest
 import trimesh
 import yaml
 from palpate.__main__ import main
+from palpate.capture.check import check_object
 from palpate.capture.check_capture import check_capture
+from palpate.capture.devices import read_device
 from palpate.capture.findings import examine_force, examine_template
 from palpate.capture.tables import GAUGE_COLUMNS, WRENCH_COLUMNS
 from palpate.examine import examine_object
@@ -116,17 +118,14 @@ def own(root, tmp_path):
     return shutil.copytree(root / "tests/own_object/raw/toy_cow", folder, ignore=ignored)
 
 
-def specifications(own):
-    """Files of sensors and of probes of a folder, by name."""
-    return [
-        {path.stem: yaml.safe_load(path.read_text()) for path in (own / kind).glob("*.yaml")}
-        for kind in ("sensors", "probes")
-    ]
+def known(folder):
+    """Files of a folder by name."""
+    return {path.stem: yaml.safe_load(path.read_text()) for path in folder.glob("*.yaml")}
 
 
 @pytest.fixture
 def devices(root):
-    return specifications(root / "tests/own_object")
+    return [known(root / "tests/own_object" / kind) for kind in ("sensors", "probes")]
 
 
 @pytest.fixture
@@ -191,7 +190,7 @@ def test_an_empty_raw(options, tmp_path, capsys):
 
 def test_each_folder_is_opened_once(root, probe, monkeypatch):
     folder = root / "tests/sample/raw/foam_block"
-    sensors, _ = specifications(root / "tests/sample")
+    sensors = known(root / "tests/sample/sensors")
     opened = []
 
     def counted(place, *known):
@@ -201,3 +200,26 @@ def test_each_folder_is_opened_once(root, probe, monkeypatch):
     monkeypatch.setattr("palpate.capture.check.check_capture", counted)
     assert not examine_object(folder, sensors, {probe["probe"]: probe}).wrong
     assert len(opened) == len(set(opened)) == 4
+
+
+def test_names_are_kept_wherever_one_comes_in(block, root, tmp_path):
+    specifications = known(root / "tests/sample/sensors"), known(root / "config/probes")
+    path = block / "object.yaml"
+    path.write_text(path.read_text().replace("object: foam_block", "object: simulations"))
+    (line,) = check_object(block.rename(block.with_name("simulations")), *specifications)
+    assert "object: expected a name of letters, digits and _ other than sensors and sim" in line
+    text = (root / "tests/sample/sensors/kinect.yaml").read_text()
+    (tmp_path / "curve.yaml").write_text(text.replace("sensor: kinect", "sensor: curve"))
+    _, (line,) = read_device(tmp_path / "curve.yaml", "sensors")
+    assert "curve.yaml: sensor: expected a name of small letters, digits and _ other than" in line
+
+
+def test_a_check_from_within_the_objects_folder(block, root, monkeypatch, capsys):
+    places = {"--sensors": root / "tests/sample/sensors", "--probes": root / "config/probes"}
+    options = [str(part) for pair in places.items() for part in pair]
+    monkeypatch.chdir(block)
+    assert main(["check", ".", *options]) == 0
+    assert "kinect/08: 10 frames over 3.00 s" in capsys.readouterr().out
+    (block / "kinect/08/force.csv").unlink()
+    assert main(["check", str(block), *options]) == 1
+    assert "force.csv" in capsys.readouterr().out

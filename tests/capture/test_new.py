@@ -1,12 +1,14 @@
-"""A new object: what is written, what is left to fill in, and the check once it is filled in."""
+"""A new object: what is written and left to fill in, its check; examples of the help run."""
 
 import re
+import shlex
 import shutil
 
 import numpy as np
 import pytest
 import yaml
-from import_help import bring, mcap_file, tum
+from import_help import bring, mcap_file, ros1, tum
+from instruments import PLAIN
 from palpate import open_capture
 from palpate.__main__ import main
 from palpate.config.model import FILL_IN
@@ -98,10 +100,6 @@ def test_each_field_says_what_to_put_there(lab, capsys):
     found = re.findall("expected (.+), found nothing filled in yet", capsys.readouterr().out)
     assert len(found) > 50
     assert "a value" not in found
-    text = (lab / "config/probes/probe.yaml").read_text()
-    assert "  # the ball's radius [m], half of what a calliper says" in text
-    assert "# load:\n#   # its mass [kg], weighed\n#   mass_kg: FILL_IN" in text
-    assert max(map(len, text.splitlines())) <= 100
 
 
 def test_what_may_be_left_out_fits_when_it_is_put_in(lab, root):
@@ -314,3 +312,39 @@ def test_without_a_name_the_camera_is_the_one_that_is_there(lab, film, capsys):
     said = capsys.readouterr().out
     assert "config/sensors/eye.yaml: there already" in said
     assert [path.name for path in (lab / "raw/block").iterdir() if path.is_dir()] == ["eye"]
+
+
+def nothing(root, folder, film):
+    """A new object needs nothing."""
+
+
+def sponge(root, folder, film):
+    """The own object's captures under another name."""
+    own = root / "tests/own_object"
+    for name in ("sensors", "probes"):
+        shutil.copytree(own / name, folder / "config" / name)
+    shutil.copytree(own / "raw/toy_cow", folder / "raw/sponge")
+    path = folder / "raw/sponge/object.yaml"
+    path.write_text(path.read_text().replace("object: toy_cow", "object: sponge"))
+
+
+def recording(root, folder, film):
+    ros1(folder, film).rename(folder / "press.bag")
+
+
+def curve(root, folder, film):
+    (folder / "curve.csv").write_bytes(PLAIN.content())
+
+
+NEEDED = {"hertz": curve, "new": nothing, "import": recording, "check": sponge}
+
+
+@pytest.mark.parametrize("verb", NEEDED)
+def test_the_example_runs(verb, root, tmp_path, film, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit, match="0"):
+        main([verb, "--help"])
+    last = capsys.readouterr().out.rstrip().splitlines()[-1]
+    example = re.fullmatch(rf"  palpate ({verb} .+)", last).group(1)
+    NEEDED[verb](root, tmp_path, film)
+    assert main(shlex.split(example)) == 0

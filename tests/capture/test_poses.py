@@ -8,6 +8,7 @@ import pytest
 from palpate.capture.check import check_object
 from palpate.capture.poses import POSES, PoseRecord, read_poses, write_poses
 from palpate.capture.tables import write_frames
+from palpate.yaml_files import load_yaml
 from scipy.spatial.transform import Rotation, Slerp
 
 CAPTURE = "kinect/08"
@@ -105,16 +106,14 @@ def test_what_is_no_record_of_poses_is_told(tmp_path, name):
 
 
 @pytest.fixture
-def tracked(block, specifications):
+def tracked(block, root, probe):
     """The block with poses in place of a target, and its files."""
     (block / CAPTURE / POSES).unlink(missing_ok=True)
     write_poses(block / CAPTURE, RECORD)
-    sensors, probes = specifications
-    base = {"name": "base", "camera_from_base": np.eye(4).tolist()}
-    kinect = {key: value for key, value in sensors["kinect"].items() if key != "marker"}
-    ((name, probe),) = probes.items()
+    kinect = load_yaml(root / "tests/sample/sensors/kinect.yaml")
+    kinect["base"] = {"name": "base", "camera_from_base": np.eye(4).tolist()}
     probe = {key: value for key, value in probe.items() if key != "marker"} | {"tracked": "tool0"}
-    return block, {"kinect": kinect | {"base": base}}, {name: probe}
+    return block, {"kinect": kinect}, {probe["probe"]: probe}
 
 
 def lines_of(tracked, record=None, **changes):
@@ -125,14 +124,11 @@ def lines_of(tracked, record=None, **changes):
     return [line.partition("kinect/08/")[2] for line in check_object(block, sensor, probes)]
 
 
-def test_a_capture_with_poses_needs_no_target(tracked):
-    assert lines_of(tracked) == []
-
-
 def test_what_poses_of_a_capture_are_compared_with(tracked):
     block, sensors, probes = tracked
     (probe,) = probes.values()
     cut = (TIME_S < 0.5) | (TIME_S > 2.5)
+    assert lines_of(tracked) == []
     (line,) = lines_of(tracked, replace(RECORD, time_s=TIME_S + 3600))
     assert line == (
         f"{POSES}: time_s: expected a record that covers the frames' 0 to 3 s, found 3599.600000 to"

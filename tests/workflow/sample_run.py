@@ -1,6 +1,7 @@
 """Snakemake on a copy of the project."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -22,3 +23,8 @@ def snakemake(folder, *arguments):
         check=False,
         env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1"},
     )
+
+
+def counted(done):
+    """Rules of a dry-run's job statistics."""
+    return set(re.findall(r"^(\w+) +\d+$", done.stdout + done.stderr, re.MULTILINE))

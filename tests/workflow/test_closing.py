@@ -22,17 +22,6 @@ def hertz(name, sensor, moduli, **same):
     return of_captures(name, sensor, rows, **same)
 
 
-def searched(name, sensor, rows):
-    """Rows of error minimisation: E, nu, verdict on nu, whether at a bound."""
-    keys = ("youngs_modulus_pa", "poisson_ratio", "poisson_ratio_verdict", "at_bound")
-    found = [
-        {"point": f"{8 + i:02d}", "method": "minimise_displacement", "reduced_modulus_pa": 1.0}
-        | dict(zip(keys, row, strict=True))
-        for i, row in enumerate(rows)
-    ]
-    return of_captures(name, sensor, found)
-
-
 def joint(name, sensor, *, captures, **same):
     moduli = {"youngs_modulus": 250e3, "youngs_modulus_1s": 225e3, "reduced_modulus": 298e3}
     moduli |= {"effective_reduced_modulus": 310e3}
@@ -59,16 +48,8 @@ def put(folder, *names):
 
 @pytest.fixture
 def ball(tmp_path):
-    rows = [
-        (20000, 0.25, "not identified", True),
-        (22000, 0.45, "identified", False),
-    ]
-    write(
-        tmp_path,
-        hertz("ball", "kinect", [25000, 27000, 32000]),
-        searched("ball", "kinect", rows),
-        joint("ball", "kinect", captures=3),
-    )
+    rows = hertz("ball", "kinect", [25000, 27000, 32000])
+    write(tmp_path, rows, joint("ball", "kinect", captures=3))
     return tmp_path
 
 

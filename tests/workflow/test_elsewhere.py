@@ -49,18 +49,8 @@ def elsewhere(root, tmp_path):
 
 
 @pytest.mark.long
-def test_as_a_module(root, elsewhere):
-    """With a configuration of its own, of which what it leaves out has its default."""
-    (elsewhere / "Snakefile").write_text(MODULE.format(root=root))
-    (elsewhere / "config.yaml").write_text(CONFIG)
-    whole = snakemake(elsewhere, "--dry-run")
-    assert whole.returncode == 0, whole.stderr[-3000:]
-    assert "own_report" in whole.stdout and "figure_5_5" not in whole.stdout
-
-
-@pytest.mark.long
-def test_as_a_module_of_a_repository(root, elsewhere, tmp_path):
-    """As snakedeploy names it: there is no folder of the project, but a commit."""
+def test_as_a_module(root, elsewhere, tmp_path):
+    """As snakedeploy names it: a commit, no folder; what is not configured has its default."""
     copy = shutil.copytree(root, tmp_path / "palpate", ignore=left_behind)
     git = ["git", "-C", str(copy), "-c", "user.name=lab", "-c", "user.email=lab@example.org"]
     for command in (["init", "-q"], ["add", "-A"], ["commit", "-q", "-m", "All"]):
@@ -71,6 +61,8 @@ def test_as_a_module_of_a_repository(root, elsewhere, tmp_path):
     done = snakemake(elsewhere, "--cores", "1", "--", PLANE)
     assert done.returncode == 0, done.stderr[-3000:]
     assert json.loads((elsewhere / PLANE).read_text())["offset_m"] > 0
+    whole = snakemake(elsewhere, "--dry-run")
+    assert "own_report" in whole.stdout and "figure_5_5" not in whole.stdout
 
 
 def test_in_another_directory_with_devices_of_its_own(root, tmp_path):

@@ -4,15 +4,11 @@ import os
 import random
 import shutil
 import subprocess
-import sys
 import time
 from contextlib import contextmanager
-from pathlib import Path
 
-import pytest
-
-sys.path.append(str(Path(__file__).resolve().parents[1]))
 import faults
+import pytest
 from palpate.workflow.progress import GOES_ON
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]

@@ -1,13 +1,31 @@
-"""Parts of many objects: one of them, or a batch."""
+"""Runs of a part of many objects: one, or a batch, and what it shows and hangs on of others."""
 
+import os
 import shutil
+from pathlib import Path
 
 import pytest
 import yaml
+from palpate.capture.discover import CaptureId
+from palpate.workflow.configuration import open_run
+from palpate.workflow.standing import ORIGIN, Standing, kept_files, value_digest
 from sample_run import LEFT_BEHIND, snakemake
+from settings import full, written
+from thesis.options import StudyConfig
+from thesis.run import StudyRun
 
-pytestmark = pytest.mark.workflow
 OBJECTS = ("--configfile", "run.yaml", "--dry-run")
+
+
+def two_objects(root, folder):
+    """Two objects of one capture each."""
+    block = root / "tests/sample/raw/foam_block"
+    spec = yaml.safe_load((block / "object.yaml").read_text())
+    for name in ("cushion", "sponge"):
+        shutil.copytree(block / "kinect", folder / name / "kinect")
+        shutil.copy(block / "template.ply", folder / name)
+        (folder / name / "object.yaml").write_text(yaml.safe_dump(spec | {"object": name}))
+    return folder
 
 
 @pytest.fixture
@@ -15,17 +33,12 @@ def project(root, tmp_path):
     """The project with two objects of one capture each."""
     folder = tmp_path / "main"
     shutil.copytree(root, folder, ignore=LEFT_BEHIND)
-    block = root / "tests/sample/raw/foam_block"
-    spec = yaml.safe_load((block / "object.yaml").read_text())
-    for name in ("cushion", "sponge"):
-        target = folder / "raw" / name
-        shutil.copytree(block / "kinect", target / "kinect")
-        shutil.copy(block / "template.ply", target)
-        (target / "object.yaml").write_text(yaml.safe_dump(spec | {"object": name}))
+    two_objects(root, folder / "raw")
     (folder / "run.yaml").write_text("paths: {sensors: tests/sample/sensors, lab: null}\n")
     return folder
 
 
+@pytest.mark.workflow
 def test_a_run_of_one_object_leaves_what_is_of_all(project):
     """Configuration and list of what was made are the last full run's, as its tables are."""
     done = snakemake(project, *OBJECTS, "--config", "only=sponge", "methods=[hertz]")
@@ -34,9 +47,116 @@ def test_a_run_of_one_object_leaves_what_is_of_all(project):
     assert "own_summary " in text and "objects_page " in text and "configuration " not in text
 
 
+@pytest.mark.workflow
 def test_a_batch_takes_a_part_of_the_objects(project):
     batch = ("--batch", "objects=1/2", "--", "objects")
     done = snakemake(project, *OBJECTS, *batch)
     assert done.returncode == 0, done.stderr[-3000:]
     text = done.stdout + done.stderr
     assert "results/cushion/report.html" in text and "results/sponge/" not in text
+
+
+def standing(root, raw, **changes):
+    config = written(root) | changes
+    config["paths"] |= {"raw": str(raw), "results": str(raw.with_name("results")), "lab": None}
+    config["paths"] |= {"sensors": str(root / "tests/sample/sensors")}
+    sources = ["config/config.yaml"]
+    run = open_run(config, sources=sources, project=root, kind=StudyConfig)
+    return Standing(run)
+
+
+@pytest.fixture
+def made(root, tmp_path):
+    """Results of a run of both."""
+    raw = two_objects(root, tmp_path / "raw")
+    both = standing(root, raw)
+    for name in ("cushion", "sponge"):
+        place = Path(both.run.results(f"{name}/{ORIGIN}"))
+        files = ("kinect/08/tracked-study.npz", "kinect/08/hertz.json", "summary.csv")
+        for path in map(place.parent.joinpath, files):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.touch()
+        place.write_text(f"{both.origin(name)}\n")
+    return raw
+
+
+def test_results_of_others_stay_and_say_what_they_are(root, made):
+    assert standing(root, made).names == []
+    beside = standing(root, made, only="sponge")
+    assert beside.names == ["cushion"] and beside.told("Summary") == "Summary"
+    (shown,) = beside.tracked()
+    assert (shown["object"], shown["capture"], shown["sensor"]) == ("cushion", "08", "kinect")
+    assert shown["provenance"] == "simulated" and beside.run.with_minima([shown]) == []
+
+
+def touched(raw):
+    os.utime(raw / "cushion/kinect/08/force.csv")
+
+
+def lacking(raw):
+    shutil.rmtree(raw / "cushion/kinect/08")
+
+
+@pytest.mark.parametrize(
+    ("change", "options"), [(touched, {}), (lacking, {}), (None, {"seed": 99})]
+)
+def test_what_changed_since_is_left_out_and_told(root, made, change, options):
+    if change:
+        change(made)
+    beside = standing(root, made, only="sponge", **options)
+    assert beside.names == [] and beside.tracked() == []
+    assert beside.told("Summary") == "Summary, without cushion (changed since its last run)"
+
+
+def test_an_object_that_is_gone_is_shown_no_more(root, made):
+    shutil.rmtree(made / "cushion")
+    beside = standing(root, made, only="sponge")
+    assert beside.names == [] and beside.told("Summary") == "Summary"
+
+
+STICK = {"probe": "stick"}
+
+
+def test_objects_of_the_study_are_nobodys_own(root):
+    config = full(root)
+    config["study"] |= {"block": "brick", "captures": {"slab": {}}}
+    names = ("brick", "cushion", "ear", "foam_ball", "slab")
+    found = tuple(CaptureId(name, "kinect", "01") for name in names)
+    given = {"sensors": {}, "probes": {}, "lab": None, "curves": (), "seen": {}}
+    run = StudyRun(config=config, found=found, simulated=frozenset(), **given)
+    assert run.own == {"cushion"} and run.minimised == tuple(c for c in found if c != found[1])
+
+
+def test_digest_of_values_has_no_order():
+    assert value_digest({"a": 1, "b": [1, 2]}) == value_digest({"b": [1, 2], "a": 1})
+    assert value_digest({"a": 1}) != value_digest({"a": 2})
+
+
+def test_files_outside_the_object_count(tmp_path):
+    paths = {"raw": str(tmp_path / "raw"), "meshes": str(tmp_path / "meshes")}
+    sensors = {"kinect": {"optics": "calibration"}, "stereo": {"optics": {"focal_px": 1.0}}}
+    board = Path(paths["raw"]) / "sensors/kinect/calibration/board.png"
+    board.parent.mkdir(parents=True)
+    board.write_bytes(b"one")
+    first = kept_files("cushion", sensors, STICK, paths)
+    assert set(first) == {"kinect/calibration"}
+    (board.parents[1] / "hand_eye").mkdir()
+    arm = {"kinect": {"base": {"camera_from_base": "calibration"}}}
+    assert set(kept_files("cushion", arm, STICK, paths)) == {"kinect/hand_eye"}
+    film = board.parents[1] / "pivot/frames.csv"
+    film.parent.mkdir()
+    film.write_text("frame,time_s\n")
+    turned = STICK | {"tip": "calibration"}
+    assert set(kept_files("cushion", sensors, turned, paths)) == {
+        "kinect/calibration",
+        "kinect/pivot",
+    }
+    # A probe with a tip of its own does not hang on it.
+    assert kept_files("cushion", sensors, STICK, paths) == first
+    film.unlink()
+    film.parent.rmdir()
+    board.write_bytes(b"another")
+    assert kept_files("cushion", sensors, STICK, paths) != first
+    Path(paths["meshes"]).mkdir()
+    (Path(paths["meshes"]) / "cushion.vtu").write_bytes(b"mesh")
+    assert set(kept_files("cushion", sensors, STICK, paths)) == {"kinect/calibration", "mesh"}

@@ -1,32 +1,11 @@
 """Options: what people write, its models, and what takes a block apart know the same keys."""
 
-from typing import Literal
-
 import pytest
 import yaml
 from palpate.commands.project import FOR_RUNS, Project
-from palpate.config.model import Count, Model, NotNegative, Positive, option, problems
+from palpate.config.model import problems
 from palpate.workflow.options import Config, as_asked, rows
 from thesis.options import StudyConfig, options_page
-
-
-def test_the_page_has_each_option_with_what_is_allowed():
-    class Outer(Model):
-        """A block."""
-
-        edge_m: Positive | None = option(None, "null: none")
-        place_m: tuple[NotNegative, NotNegative] = option((0.0, 1.0), "of it")
-        names: tuple[str, ...] = option((), "of them", min_length=1)
-        rule: Literal["one", "two"] = option("one", "that holds")
-        count: Count = option(..., "of them", ge=1)
-
-    assert list(rows(Outer)) == [
-        ("edge_m", "null", "above 0 or null", "null: none"),
-        ("place_m", "0, 1", "2 each at least 0", "of it"),
-        ("names", "none", "1 or more, each a text", "of them"),
-        ("rule", "one", "one, two", "that holds"),
-        ("count", "to be given", "at least 1", "of them"),
-    ]
 
 
 def test_defaults_are_within_their_own_bounds():

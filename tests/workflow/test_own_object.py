@@ -10,17 +10,12 @@ import pytest
 import yaml
 from palpate.__main__ import main
 from palpate.report.material_cards import PROGRAMMES
-from sample_run import LEFT_BEHIND, snakemake
+from sample_run import LEFT_BEHIND, counted, snakemake
 
 pytestmark = pytest.mark.workflow
 NAME, SENSOR = "toy_cow", "bench_cam"
 # Only the indentation table is coarser than the configuration's.
 COARSE = ("--configfile", "tests/own_object/config.yaml")
-
-
-def counted(done):
-    """Rules of a dry-run's job statistics."""
-    return set(re.findall(r"^(\w+) +\d+$", done.stdout + done.stderr, re.MULTILINE))
 
 
 @pytest.fixture(scope="module")
@@ -59,16 +54,6 @@ def results(dropped):
 def truth(root):
     lab = yaml.safe_load((root / "tests/own_object/lab.yaml").read_text())
     return lab["objects"][NAME]["material"]
-
-
-def test_nothing_names_it(root):
-    files = [
-        *root.glob("config/*.yaml"),
-        *root.glob("config/meshes/*"),
-        *root.glob("workflow/**/*"),
-    ]
-    texts = [f.read_bytes() for f in files if f.is_file() and f.suffix not in (".pyc", ".vtu")]
-    assert not any(name.encode() in text for text in texts for name in (NAME, SENSOR))
 
 
 def test_the_study_runs_beside_it(dropped):

@@ -1,4 +1,4 @@
-"""One run at a time, and a lock that no dead process holds."""
+"""One run at a time, a lock that no dead process holds, and folders that no run can have."""
 
 import errno
 import logging
@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 from palpate.workflow import start as run_lock
+from palpate.workflow.configuration_checks import path_problems
 from palpate.workflow.start import LOCK, lock_folder, start_run
 
 HOLD = """
@@ -98,3 +99,28 @@ def test_what_killed_jobs_left_is_removed_but_nothing_of_other_runs_and_people(t
     begin(results, raw, [raw / "block"])
     assert [any(folder.glob(".part-*")) for folder in parts] == [True, False, False, True]
     assert (raw / LOCK).exists()
+
+
+PATHS = {"raw": "raw", "results": "results", "sensors": "s", "probes": "p", "meshes": "m"}
+PATHS["lab"] = None
+OUTSIDE = "results: expected a folder outside paths."
+PRINTABLE = "raw: expected printable characters"
+
+
+@pytest.mark.parametrize(
+    ("name", "places", "line"),
+    [
+        ("results", ["raw", "./raw/", "results/../raw", "raw/foam_block", "s/a"], OUTSIDE),
+        ("raw", ["a\nb", "a\0b", "x" * 5000, "\x1b[31m"], PRINTABLE),
+    ],
+)
+def test_folders_that_no_run_can_have(name, places, line, tmp_path, monkeypatch):
+    assert path_problems(PATHS | {"raw": "results/lab/raw"}, "config.yaml") == []
+    for place in places:
+        (found,) = path_problems(PATHS | {name: place}, "config.yaml")
+        assert found.startswith(f"config.yaml: paths.{line}") and found.isprintable()
+    monkeypatch.chdir(tmp_path)
+    assert path_problems(PATHS, "config.yaml") == []
+    (tmp_path / "raw").mkdir()
+    (tmp_path / "results").symlink_to("raw")
+    assert len(path_problems(PATHS, "config.yaml")) == 1

@@ -1,6 +1,8 @@
-"""Locked packages have hashes, the environment is the lock's, and no job needs a network."""
+"""What is locked, that no job needs a network or a shell, and what the Makefile hands on."""
 
+import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -62,3 +64,31 @@ def test_no_job_needs_a_network(root, tmp_path):
     )
     assert done.returncode == 0, done.stderr[-2000:]
     assert (tmp_path / target).is_file()
+
+
+def test_rules_are_scripts(root):
+    """A rule's shell line would take names of captures into a shell."""
+    files = [root / "Snakefile", *root.glob("workflow/Snakefile"), *root.glob("workflow/**/*.smk")]
+    assert len(files) > 5
+    for path in files:
+        assert not re.search(r"^\s+(shell|run):", path.read_text(), re.MULTILINE), path
+
+
+def planned(root, *names):
+    """Words of the command that make would run."""
+    command = ["make", "--no-print-directory", "--dry-run", "--old-file", ".venv/installed"]
+    # The tests may be run by a make, which hands its own options on.
+    own = {
+        name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFL"))
+    }
+    done = subprocess.run(
+        [*command, "check", *names], cwd=root, env=own, capture_output=True, text=True, check=True
+    )
+    return shlex.split(done.stdout.replace("\\\n", ""))
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
+@pytest.mark.parametrize("name", ["toy_cow", "My Cow", "O'Brien", "a;b", "%"])
+def test_an_objects_name_goes_to_the_check_as_one_word_and_without_one_all_are_checked(root, name):
+    assert planned(root, f"object={name}")[-2:] == ["check", f"raw/{name}"]
+    assert planned(root)[-1] == "check"
