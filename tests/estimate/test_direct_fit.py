@@ -7,12 +7,7 @@ import numpy as np
 import pytest
 from made_up_indentation import OPTIONS, START, UNBONDED, indentation_of
 from palpate.estimate.direct import fit
-from palpate.estimate.direct.deviations import (
-    ROBUST,
-    sharing_of,
-    with_depth_errors,
-    with_pattern,
-)
+from palpate.estimate.direct.deviations import ROBUST, sharing_of, with_depth_errors, with_pattern
 from palpate.estimate.direct.fit import fit_direct
 from palpate.estimate.direct.indentation import OWN, Parameters, linearised, residuals
 from palpate.estimate.direct.prior import prior_of

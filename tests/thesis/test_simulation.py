@@ -13,13 +13,7 @@ from thesis.minimise.options import Minimise
 from thesis.minimise.problem import pose_simulation
 from thesis.minimise.search import minimise_error
 from thesis.options import Simulation
-from thesis.tracker.simulation import (
-    lattice,
-    read_steps,
-    surface_of,
-    surface_points,
-    track_steps,
-)
+from thesis.tracker.simulation import lattice, read_steps, surface_of, surface_points, track_steps
 from virtual_lab.block import load_block
 
 # Section 3.3.2: the study's simulated block.
