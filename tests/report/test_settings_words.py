@@ -89,10 +89,7 @@ def held(**changes):
         "range": {"first_frame": 6, "last_frame": 15},
         "radius_m": 5e-3,
     }
-    direct = {
-        "frames": [15],
-        "residuals": [{"cells": 80}],
-    }
+    direct = {"frames": [15], "residuals": [{"cells": 80}]}
     tips = {"tip_x_m": 0.0, "tip_y_m": 0.3, "tip_z_m": 0.4, "raw_tip_std_along_m": 5e-5}
     poses = pd.DataFrame({"time_s": 10 + TIME} | tips)
     return Held(
