@@ -15,11 +15,7 @@ from made_up_indentation import (
 )
 from palpate.estimate.direct import quantities
 from palpate.estimate.direct.indentation import DirectIndentation
-from palpate.estimate.direct.options import (
-    Fit,
-    ModelStd,
-    Rig,
-)
+from palpate.estimate.direct.options import Fit, ModelStd, Rig
 
 # A ratio of the made-up solid's table: between them its derivatives are interpolated.
 E, NU = 25e3, 0.35

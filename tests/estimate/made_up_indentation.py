@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from floor import floor
+from palpate.estimate.direct.budget import budget_of
 from palpate.estimate.direct.indentation import (
     OWN,
     SHARED,
@@ -13,6 +14,7 @@ from palpate.estimate.direct.indentation import (
 )
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.options import Fit, ModelStd, Rig
+from palpate.estimate.direct.quantities import Profile, intervals, quantities_of
 from palpate.estimate.direct.table import SampleTable, axes_across
 from palpate.estimate.relaxation import relaxed_force
 
@@ -37,6 +39,13 @@ def parameters(E=1e4, nu=0.2, force_law=0.0, motion_law=0.0):
     """Unknowns of a capture that neither relaxes nor errs."""
     unknowns = [np.log(E), nu, force_law, motion_law, *np.zeros(SHARED - 4 + 2 + OWN)]
     return Parameters(np.array(unknowns), np.array(RELAXATION_TIMES_S))
+
+
+def judged(best):
+    """Moduli, their budget and their intervals at a solution."""
+    stated = quantities_of(best, radius_m=RADIUS_M)
+    budget = budget_of(best, stated, radius_m=RADIUS_M)
+    return stated, budget, intervals(best, stated, budget, Profile.of(best, stated, budget))
 
 
 START = parameters()

@@ -91,22 +91,13 @@ def plain(direct):
     return direct()
 
 
-@pytest.mark.parametrize(
-    ("options", "least_n"),
-    [
-        ({"least_force_share": 0.1}, 0.1 * PEAK_N),
-        ({"least_force_share": 0.02}, 0.02 * PEAK_N),
-        ({"least_force_share": 0.3}, 0.3 * PEAK_N),
-        # What noise alone may be.
-        ({"least_force_share": 1e-6}, FORCE_DEVIATIONS * NOISE_N),
-    ],
-)
-def test_frames_with_force_enough_from_the_touch_to_the_end_of_the_hold(
-    direct, synthetic, options, least_n
-):
-    found = direct(Fit(**options))
+@pytest.mark.parametrize("share", [1e-6, 0.02, 0.1, 0.3])
+def test_frames_with_force_enough_from_the_touch_to_the_end_of_the_hold(direct, synthetic, share):
+    """At least what noise alone may be."""
     truth = np.linalg.norm(synthetic.forces_n, axis=1)
+    least_n = share * PEAK_N if share > 1e-6 else FORCE_DEVIATIONS * NOISE_N
     frames = np.flatnonzero(truth > least_n)
+    found = direct(Fit(least_force_share=share))
     assert found.frames.tolist() == frames[frames <= LAST].tolist()
 
 
@@ -135,20 +126,18 @@ def test_frames_deeper_than_the_table_are_counted_and_left_out(direct, synthetic
     assert found.frames_beyond == LAST + 1 - FIRST - len(within)
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        {},
-        {"nearest_radii": 0.0, "nearest_m": 0.031},
-        {"nearest_radii": 4.5, "nearest_m": 0.0},
-        {"farthest_m": 0.06},
-        {"crease_m": 0.021},
-    ],
-    ids=["as it is", "metres", "radii", "farthest", "edges"],
-)
+METRES, RADII = {"nearest_radii": 0.0, "nearest_m": 0.031}, {"nearest_radii": 4.5, "nearest_m": 0.0}
+
+
+@pytest.mark.parametrize("options", [{}, METRES, RADII, {"farthest_m": 0.06}, {"crease_m": 0.021}])
 def test_samples_outside_of_the_contact_near_enough_and_off_the_edges(direct, synthetic, options):
-    given = {"nearest_radii": 1.5, "nearest_m": 0.004, "farthest_m": 0.1, "crease_m": 0.01}
-    given |= options
+    given = {
+        "nearest_radii": 1.5,
+        "nearest_m": 0.004,
+        "farthest_m": 0.1,
+        "crease_m": 0.01,
+        **options,
+    }
     radius, tips = synthetic.radius_m, synthetic.tips_m[FIRST : LAST + 1]
     depth = TOP_M + radius - to_object(synthetic.camera_from_object, tips)[:, 2]
     tip = POINT_M + (radius - depth.mean()) * UP

@@ -36,26 +36,17 @@ def test_a_good_curve_has_no_warning_and_one_whose_approach_slopes_has():
     found = hertz.fit(*curve(level_n=0.3, noise=0.3), radius_m=RADIUS_M)
     assert found.doubts == () and found.baseline
     assert found.baseline_n == pytest.approx(0.3, abs=1e-3)
-    assert found.chosen["baseline"].startswith("fitted, since 1")
-    assert found.quality.startswith("fair fit, residuals of 2.")
     # 2 mm of 8 N/m are 16 mN, of a peak of 23 mN; half of a tenth of it is not told.
     assert any("the approach slopes, by +" in line for line in warnings(slope_n_m=8.0))
     assert not any("the approach slopes" in line for line in warnings(slope_n_m=0.2, noise=0.3))
 
 
-@pytest.mark.parametrize(
-    ("radii", "line"),
-    [
-        (0.9, None),
-        (1.5, "the indentation is 1.5 radii of the sphere deep: no law of a sphere holds there"),
-        (6.0, "the indentation is 6 radii of the sphere deep: is the unit of the depth,"),
-    ],
-)
-def test_an_indentation_deeper_than_the_sphere(radii, line):
-    depth, force = curve(contact_m=0.001, deepest_m=radii * RADIUS_M)
-    found = hertz.fit(depth, force, radius_m=RADIUS_M, indenter="parabola").doubts
-    deep = [one for one in found if "radii of the sphere" in one]
-    assert [one.startswith(line) for one in deep] == ([True] if line else [])
+def test_an_indentation_deeper_than_the_sphere():
+    for radii, said in ((0.9, []), (1.5, [False]), (6.0, [True])):
+        depth, force = curve(contact_m=0.001, deepest_m=radii * RADIUS_M)
+        found = hertz.fit(depth, force, radius_m=RADIUS_M, indenter="parabola").doubts
+        deep = [one for one in found if f"{radii:g} radii of the sphere" in one]
+        assert ["is the unit of the depth" in one for one in deep] == said
 
 
 def test_an_indentation_whose_contact_lies_before_its_record():
@@ -64,17 +55,15 @@ def test_an_indentation_whose_contact_lies_before_its_record():
     found = hertz.fit(depth[late], force[late], radius_m=RADIUS_M)
     assert found.contact_m == pytest.approx(0, abs=1e-4)
     (line,) = [one for one in found.doubts if one.startswith("contact lies")]
-    assert line.startswith(f"contact lies {1e3 * (depth[late][0] - found.contact_m):.3g} mm before")
+    assert f"{1e3 * (depth[late][0] - found.contact_m):.3g} mm before" in line
     assert not found.baseline
-    assert found.chosen["baseline"] == "none, since no approach determines it"
 
 
 def test_samples_that_are_few_made_up_or_hardly_explained():
     """A wave as large as the indentation, between its ends: residuals over the force's squares."""
     assert any(line.startswith("9 samples lie in contact") for line in warnings(count=44))
-    exact = "the samples lie on the law exactly, as made-up ones do: the interval says nothing"
-    assert exact in warnings(noise=0.0)
-    assert exact not in warnings()
+    exact = [any("as made-up ones do" in line for line in warnings(noise=n)) for n in (0.0, 1.0)]
+    assert exact == [True, False]
     depth, force = curve(contact_m=0.0005, deepest_m=0.0005, noise=0.3)
     between = np.abs(depth - 0.0005) < 0.0004
     waved = force + 0.012 * np.sin(np.arange(len(depth))) * between
@@ -82,7 +71,7 @@ def test_samples_that_are_few_made_up_or_hardly_explained():
     power = np.sum((waved - waved.mean()) ** 2)
     explained = 1 - np.sum((found.fitted_n - waved) ** 2) / power
     assert 0.02 < explained < 0.5
-    assert f"the law explains {100 * explained:.2g} % of the force's scatter" in found.doubts
+    assert any(f"explains {100 * explained:.2g} %" in line for line in found.doubts)
     assert not any("explains" in line for line in warnings())
 
 
@@ -185,9 +174,8 @@ def boundary_elements(gap_m, side_m, count=26):
         ends = corner(u + h, v + h) + corner(u - h, v - h)
         return (ends - corner(u + h, v - h) - corner(u - h, v + h)) / np.pi
 
-    compliance = sum(
-        displaced(x[:, None] - i * x, y[:, None] - j * y) for i in (1, -1) for j in (1, -1)
-    )
+    signs = [(i, j) for i in (1, -1) for j in (1, -1)]
+    compliance = sum(displaced(x[:, None] - i * x, y[:, None] - j * y) for i, j in signs)
     lower = np.linalg.cholesky((compliance + compliance.T) / 2)
     pressure, _ = nnls(lower.T, np.linalg.solve(lower, -gap_m(x, y)), maxiter=10**4)
     return 4 * pressure.sum() * step**2
@@ -195,16 +183,12 @@ def boundary_elements(gap_m, side_m, count=26):
 
 def test_a_pyramid_against_boundary_elements():
     """Of the angle between axis and face, 4 % stiffer than the law that programs agree on."""
-    depth, angle = 1.0, np.radians(20)
-    slope = 1 / np.tan(angle)
-    found = boundary_elements(
-        lambda x, y: slope * np.maximum(x, y) - depth, 0.9 * np.tan(angle) * depth
-    )
-    assert pyramid_force(np.array([depth]), angle)[0] == pytest.approx(0.958 * found, rel=0.015)
-    cone = boundary_elements(
-        lambda x, y: slope * np.hypot(x, y) - depth, 0.8 * np.tan(angle) * depth
-    )
-    assert cone == pytest.approx(2 / np.pi * np.tan(angle), rel=0.005)
+    tan = np.tan(np.radians(20))
+    found = boundary_elements(lambda x, y: np.maximum(x, y) / tan - 1, 0.9 * tan)
+    force = pyramid_force(np.array([1.0]), np.radians(20))[0]
+    assert force == pytest.approx(0.958 * found, rel=0.015)
+    cone = boundary_elements(lambda x, y: np.hypot(x, y) / tan - 1, 0.8 * tan)
+    assert cone == pytest.approx(2 / np.pi * tan, rel=0.005)
 
 
 def test_a_flat_punch_and_a_pyramid():
@@ -257,11 +241,10 @@ def test_a_loading_with_its_unloading():
     both = np.r_[depth, depth[::-1]], np.r_[force, 0.7 * force[::-1]]
     alone = hertz.fit(depth, force, radius_m=PUNCH_M, indenter="flat")
     weights = np.linspace(1, 2, 2 * len(depth))
-    for given in ({}, {"weights": weights}):
-        found = hertz.fit(*both, radius_m=PUNCH_M, indenter="flat", **given)
+    for given in (None, weights):
+        found = hertz.fit(*both, radius_m=PUNCH_M, indenter="flat", weights=given)
         assert found.reduced_modulus_pa == pytest.approx(alone.reduced_modulus_pa, rel=1e-3)
-        (line,) = found.doubts
-        assert "401 of 802 samples" in line
+        assert "401 of 802 samples" in found.doubts[0] and len(found.doubts) == 1
     # So are both after the unloading of the loading before, and the loading with that alone.
     for last in (slice(None), slice(len(depth))):
         before = (np.r_[one[len(depth) :], one[last]] for one in both)
@@ -331,10 +314,7 @@ REJECTED = [
     (PYRAMID | {"half_angle_rad": 1.6}, "half_angle_rad: expected above 0 and"),
     (FLAT | LAYER, "thickness_m: expected none with a flat punch (a layer's factor is a sphere's)"),
     (FLAT | {"object_radius_m": 0.02}, "object_radius_m: expected none with a flat punch"),
-    (
-        {"indenter": "cube"},
-        "indenter: expected one of parabola, sneddon, cone, pyramid, flat, found",
-    ),
+    ({"indenter": "cube"}, "indenter: expected one of parabola, sneddon, cone, pyramid, flat,"),
     ({"contact_m": 0.0003}, "contact_m: expected a depth and a deviation above 0, found 0.0003"),
     ({"contact_m": (0.0, 0.0)}, "contact_m: expected a depth and a deviation above 0, found"),
     ({"contact_m": (np.nan, 1e-4)}, "contact_m: expected a depth and a deviation"),

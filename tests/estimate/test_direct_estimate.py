@@ -4,6 +4,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 from made_up_indentation import (
     EXACT_TABLE,
@@ -16,26 +17,14 @@ from made_up_indentation import (
 )
 from palpate import direct
 from palpate.estimate.direct.estimate import estimate_direct
-from palpate.estimate.direct.indentation import NU, SHARED
-from palpate.estimate.direct.quantities import NAMES, Profile, quantities_of
+from palpate.estimate.direct.indentation import SHARED
+from palpate.estimate.direct.quantities import NAMES, quantities_of
 from palpate.estimate.direct.result import regions_of
 from palpate.estimate.relaxation import relaxed_share
-from palpate.modulus import LABELS
-from scipy.special import stdtrit
-
-TRUTH = {
-    "youngs_modulus_pa": 25e3,
-    "reduced_modulus_pa": 25e3 / (1 - 0.3**2),
-    "poisson_ratio": 0.3,
-}
 
 
 def estimate(*captures, options=OPTIONS):
     return estimate_direct(captures, options, radius_m=RADIUS_M)
-
-
-def holds_truth(found, *names):
-    return [found.moduli[name].low < TRUTH[name] < found.moduli[name].high for name in names]
 
 
 @pytest.fixture(scope="module")
@@ -43,9 +32,9 @@ def found():
     return estimate(indentation_of(25e3, 0.3, 13))
 
 
-@pytest.mark.parametrize("capture", [{"kept": 1}, {"maximum_depth_m": 4e-4, "least_m": 5e-5}])
-def test_one_frame_or_a_small_depth_does_not_determine_nu(capture):
-    nu = estimate(indentation_of(25e3, 0.3, 1, **capture)).moduli["poisson_ratio"]
+def test_a_small_depth_does_not_determine_nu():
+    small = indentation_of(25e3, 0.3, 1, maximum_depth_m=4e-4, least_m=5e-5)
+    nu = estimate(small).moduli["poisson_ratio"]
     assert nu.verdict == "not identified"
     assert (nu.low, nu.high) == pytest.approx((0.0, 0.4999))
 
@@ -93,13 +82,12 @@ def test_the_budget_is_the_covariance(found):
     whole = np.sqrt(np.diag(slopes @ found.solution.covariance @ slopes.T))
     # Noise that scatters by more than was stated adds to it.
     assert (budget.std >= whole * (1 - 1e-3)).all() and (budget.std <= whole * 1.5).all()
-    rows = budget.rows()
-    parts = np.array([row["contribution_log_effective_reduced_modulus"] for row in rows])
-    assert (np.diff(parts) <= 0).all()
-    assert np.sqrt((parts**2).sum()) == pytest.approx(budget.std[0])
-    for row in rows:
-        product = row["sensitivity_poisson_ratio"] * row["standard_uncertainty"]
-        assert product == pytest.approx(row["contribution_poisson_ratio"])
+    rows = pd.DataFrame(budget.rows())
+    parts = rows["contribution_log_effective_reduced_modulus"]
+    assert parts.is_monotonic_decreasing
+    assert np.linalg.norm(parts) == pytest.approx(budget.std[0])
+    product = rows["sensitivity_poisson_ratio"] * rows["standard_uncertainty"]
+    assert product.to_numpy() == pytest.approx(rows["contribution_poisson_ratio"].to_numpy())
 
 
 def test_an_estimate_that_another_excludes(found):
@@ -137,25 +125,11 @@ def test_regions_add_up_and_are_those_of_the_covariance(found):
 
 def test_poisson_s_ratio_ends_with_the_table():
     capture = indentation_of(25e3, 0.45, 1)
-    by_ratio = ("poisson_ratios", "force_per_modulus_m2", "stiffening", "motion_m")
-    by_ratio += ("motion_change_m",)
-    short = {name: getattr(capture.table, name)[:3] for name in by_ratio}
+    by_ratio = "poisson_ratios force_per_modulus_m2 stiffening motion_m motion_change_m"
+    short = {name: getattr(capture.table, name)[:3] for name in by_ratio.split()}
     short["motion_by_place"] = capture.table.motion_by_place[:, :3]
     found = estimate(replace(capture, table=replace(capture.table, **short)))
     assert found.moduli["poisson_ratio"].high == 0.35
-
-
-@pytest.mark.long
-def test_a_faster_camera_knows_no_more_of_what_depends_on_the_place():
-    """Five times the frames with a wavy error of the depth: no narrower than the error allows."""
-    found = []
-    for rate_hz, frames in ((6, 24), (30, 120)):
-        capture = indentation_of(25e3, 0.3, 1, rate_hz=rate_hz, frames=frames, wavy_m=1.5e-4)
-        found.append(estimate(capture))
-        assert holds_truth(found[-1], "reduced_modulus_pa") == [True]
-    noise = [next(s for s in one.budget.sources if s.name == "noise of the depth") for one in found]
-    star = [source.contributions[NAMES.index("reduced_modulus_pa")] for source in noise]
-    assert star[1] > 0.7 * star[0]
 
 
 def test_a_force_that_begins_far_from_the_surface_is_not_judged():
@@ -173,21 +147,6 @@ def test_bad_input(tmp_path):
     options = OPTIONS.changed(poisson_ratio_bounds=(0.4, 0.1))
     with pytest.raises(ValueError, match="poisson_ratio_bounds: expected low below high"):
         estimate(indentation_of(25e3, 0.3, 1), options=options)
-
-
-def test_intervals_are_the_budgets_where_nu_is_determined(found):
-    """There all is nearly straight: the cost of the fits with nu held is a parabola."""
-    best, stated, budget = found.solution, found.quantities, found.budget
-    quantile = stdtrit(budget.freedom, 0.975)
-    for k, name in enumerate(LABELS):
-        one = found.moduli[name]
-        if name != "poisson_ratio":
-            half = np.log(one.high / one.low) / 2
-            assert half == pytest.approx(quantile[k] * budget.std[k], rel=0.03), name
-    nu, std = best.vector[NU], best.std[NU]
-    values, rise, _ = Profile.of(best, stated, budget).at(np.array([nu - std, nu, nu + std]))
-    assert rise == pytest.approx([1, 0, 1], abs=0.2)
-    assert values[1] == pytest.approx(stated.values)
 
 
 def test_intervals_follow_the_fits_at_each_nu_where_none_is_excluded():

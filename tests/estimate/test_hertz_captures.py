@@ -5,12 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from palpate.estimate.direct.options import Rig
-from palpate.estimate.hertz.indentation import (
-    Indentation,
-    hertz_range,
-    indentation_depth,
-    indentation_of,
-)
+from palpate.estimate.hertz.indentation import Indentation, hertz_range, indentation_of
 from palpate.estimate.hertz.laws import contact_law, finite_strain_factor
 from palpate.estimate.hertz.models import estimate_hertz, fit_model, fit_models, recommended
 from palpate.estimate.hertz.options import Hertz
@@ -27,6 +22,8 @@ OPTIONS = Hertz(assumed_poisson_ratio=NU)
 TIME = np.arange(WHOLE) / 6
 # The alignment has made its own residual small, whatever its error.
 RMS_M = 1e-3
+# The camera looks down on the object, turned.
+POSE = np.array([[1.0, 0, 0, 0.1], [0, -1, 0, 0.2], [0, 0, -1, 0.7], [0, 0, 0, 1]])
 
 
 def depths(late_s=0.0):
@@ -49,12 +46,14 @@ def pressed(zero_m=0.0, across=0.0, noise_n=NOISE_N, frames=WHOLE, seed=1, late_
     force = force_of(depths(late_s))
     # To one side and the other, from frame to frame.
     forces = np.stack([across * force * (-1) ** np.arange(len(TIME)), 0 * force, -force], axis=1)
+    forces = forces + rng.normal(0, noise_n, forces.shape)
+    tips = np.stack([0 * tip, 0 * tip, tip], axis=1)
     return indentation_of(
         Template(np.asarray(block.vertices), np.asarray(block.faces)),
         Support(np.array([0, 0, -HEIGHT / 2]), np.array([0.0, 0, 1]), 0.001),
-        Alignment(np.eye(4), np.array([0, 0, HEIGHT / 2]), 12, RMS_M),
-        np.stack([0 * tip, 0 * tip, tip], axis=1)[first:frames],
-        (forces + rng.normal(0, noise_n, forces.shape))[first:frames],
+        Alignment(POSE, np.array([0, 0, HEIGHT / 2]), 12, RMS_M),
+        (tips @ POSE[:3, :3].T + POSE[:3, 3])[first:frames],
+        (forces @ POSE[:3, :3].T)[first:frames],
         TIME[first:frames],
         radius_m=R,
         tip_std_m=TIP_STD_M,
@@ -101,13 +100,10 @@ def test_without_samples_at_rest_there_is_a_warning():
 
 
 def test_friction_across_the_press_is_no_stiffness():
-    straight, across = (best(pressed(across=part))["reduced_modulus_pa"] for part in (0.0, 0.4))
-    assert across == pytest.approx(straight, rel=0.005)
-    straight, across = (
-        fit_model(pressed(across=part)[0], OPTIONS, **MODEL).reduced_modulus_pa
-        for part in (0.0, 0.4)
-    )
-    assert across == pytest.approx(straight, rel=0.005)
+    straight, across = (pressed(across=part) for part in (0.0, 0.4))
+    E = [best(one)["reduced_modulus_pa"] for one in (straight, across)]
+    E += [fit_model(one, OPTIONS, **MODEL).reduced_modulus_pa for one, _ in (straight, across)]
+    assert E[1::2] == pytest.approx(E[::2], rel=0.005)
 
 
 def test_what_a_capture_s_record_says():
@@ -116,6 +112,7 @@ def test_what_a_capture_s_record_says():
     assert indentation.contact_std_m == pytest.approx(np.hypot(TIP_STD_M, Hertz().offset_std_m))
     assert indentation.frame_std_m == TIP_STD_M
     assert indentation.force_std_n == pytest.approx(NOISE_N, rel=0.4)
+    assert indentation.depth_m == pytest.approx(depths(), abs=4 * TIP_STD_M)
     assert len(indentation.time_s) == WHOLE
     indentation, told = pressed(noise_n=0.06)
     rest = slice(indentation.onset - 1)
@@ -138,19 +135,6 @@ def test_range_is_from_onset_to_where_the_force_falls_or_is_held():
     chosen = hertz_range(force, onset_force_n=0.1)
     assert chosen[0] == 10
     assert 17 <= chosen[1] <= 19
-
-
-def test_depth_is_that_of_the_lowest_point():
-    block = box((0.6, 0.15, HEIGHT))
-    template = Template(np.asarray(block.vertices), np.asarray(block.faces))
-    turn = np.array([[1.0, 0, 0], [0, -1, 0], [0, 0, -1]])
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = turn, [0.1, 0.2, 0.7]
-    alignment = Alignment(pose, np.array([0, 0, HEIGHT / 2]), 1, RMS_M)
-    heights = np.array([0.015, 0.0, -0.003, -0.008])
-    tips = np.column_stack([0 * heights, 0 * heights, HEIGHT / 2 + R + heights])
-    depth = indentation_depth(template, alignment, tips @ turn.T + pose[:3, 3], radius_m=R)
-    assert depth == pytest.approx(-heights, abs=1e-7)
 
 
 def ramp(deepest_m=0.008, thickness_m=HEIGHT, depth_std_m=1e-4, shift_m=0.0):
@@ -182,10 +166,8 @@ def test_the_study_s_model_and_the_recommended_one():
 def test_recommendation_follows_geometry():
     shallow = ramp(deepest_m=0.0005)
     assert recommended(shallow, list(fit_models(shallow, OPTIONS)))["indenter"] == "parabola"
-    thin = ramp(thickness_m=0.010)
-    models = list(fit_models(thin, OPTIONS))
+    models = fit_models(ramp(thickness_m=0.010), OPTIONS)
     assert {m["support"] for m in models} == {"half_space"}
-    assert recommended(thin, models)["support"] == "half_space"
 
 
 def test_where_no_law_holds_the_interval_reaches_to_all_of_them():
@@ -200,17 +182,3 @@ def test_where_no_law_holds_the_interval_reaches_to_all_of_them():
         ends = [m["reduced_modulus_interval_pa"] for m in models if m["contact"] == "weighted"]
         assert low == min(end for end, _ in ends) < sure["reduced_modulus_interval_pa"][0] + 1
         assert high == pytest.approx(max(end for _, end in ends) / most)
-
-
-@pytest.mark.parametrize(("depth_std_m", "alike"), [(1e-7, 0), (1e-5, None), (1.0, 2)])
-def test_weighted_contact_lies_between_known_and_free(depth_std_m, alike):
-    """At a deviation of 0 or without bound it is one of them; 0.5 mm too shallow a depth."""
-    end = ramp(depth_std_m=depth_std_m, shift_m=-5e-4)
-    found = [
-        fit_model(end, OPTIONS, **MODEL | {"contact": contact}).reduced_modulus_pa
-        for contact in ("known", "weighted", "free")
-    ]
-    if alike is None:
-        assert found[0] > found[1] > found[2]
-    else:
-        assert found[1] == pytest.approx(found[alike], rel=5e-3)

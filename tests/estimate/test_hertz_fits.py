@@ -116,11 +116,8 @@ def test_known_contact_by_hand():
     left = measured - E * unit
     scatter = np.sqrt(left @ left / (COUNT - 1) / (unit @ unit))
     # A depth that is off by 0.1 mm, by differences a tenth as large.
-    moved = [
-        law(DEPTH + sign * 1e-5) @ measured / np.sum(law(DEPTH + sign * 1e-5) ** 2)
-        for sign in (1, -1)
-    ]
-    of_depth = (moved[0] - moved[1]) / 2e-5 * 1e-4
+    moved = [law(DEPTH + step) for step in (1e-5, -1e-5)]
+    of_depth = -np.diff([unit @ measured / (unit @ unit) for unit in moved])[0] / 2e-5 * 1e-4
     found = fit_known_contact(DEPTH, measured, law, depth_std_m=1e-4)
     assert found.reduced_modulus_pa == pytest.approx(E)
     assert found.reduced_modulus_std_pa == pytest.approx(np.hypot(scatter, of_depth), rel=5e-3)
@@ -132,41 +129,35 @@ def test_known_contact_by_hand():
     assert sure.reduced_modulus_std_pa == pytest.approx(scatter)
 
 
+def covered(fits):
+    """Share of intervals that hold the truth."""
+    ends = np.array([fit.reduced_modulus_interval_pa for fit in fits])
+    return np.mean((ends[:, 0] < TRUTH) & (TRUTH < ends[:, 1]))
+
+
 @pytest.mark.parametrize(("lag", "least"), [(0.0, 0.90), (0.6, 0.75)])
 def test_intervals_cover_the_truth(lag, least):
     """Of 95 %; with a serial correlation of 0.6, which 24 samples hardly tell, 80 to 90 % do."""
     depth, depth_std = np.linspace(-0.002, 0.008, 24), 2e-4
-    rng = np.random.default_rng(7)
-    free, known, weighted = 0, 0, 0
+    rng, law, used = np.random.default_rng(7), law_of(), depth > 0
+    free, known, weighted = [], [], []
     for _ in range(100):
-        shift = rng.normal(0, depth_std)
-        force = TRUTH * parabola_force(depth, R) + correlated(rng, depth.size, lag, 0.03)
-        low, high = fit_free_contact(depth + shift, force, law_of()).reduced_modulus_interval_pa
-        free += low < TRUTH < high
-        low, high = fit_free_contact(
-            depth + shift, force, law_of(), depth_std_m=depth_std
-        ).reduced_modulus_interval_pa
-        weighted += low < TRUTH < high
-        used = depth > 0
-        fit = fit_known_contact(
-            depth[used] + shift, force[used], law_of(), depth_std_m=depth_std
-        ).reduced_modulus_interval_pa
-        known += fit[0] < TRUTH < fit[1]
-    assert least <= free / 100 <= 0.99
-    assert 0.90 <= known / 100 <= 1.0
-    assert least <= weighted / 100 <= 1.0
+        moved = depth + rng.normal(0, depth_std)
+        force = TRUTH * law(depth) + correlated(rng, depth.size, lag, 0.03)
+        free.append(fit_free_contact(moved, force, law))
+        weighted.append(fit_free_contact(moved, force, law, depth_std_m=depth_std))
+        known.append(fit_known_contact(moved[used], force[used], law, depth_std_m=depth_std))
+    assert least <= covered(free) <= 0.99
+    assert covered(known) >= 0.90
+    assert covered(weighted) >= least
 
 
 def test_few_independent_samples_make_a_wide_interval():
     """Of 200 samples with a correlation of 0.9 ten are left, and Student's quantile is theirs."""
     depth, law, rng = np.linspace(1e-4, 0.008, 200), law_of(), np.random.default_rng(11)
-    held = 0
-    for _ in range(300):
-        force = TRUTH * law(depth) + correlated(rng, depth.size, 0.9, 0.03)
-        fit = fit_known_contact(depth, force, law, depth_std_m=0.0)
-        low, high = fit.reduced_modulus_interval_pa
-        held += low < TRUTH < high
-    assert 0.92 <= held / 300 <= 0.99
+    forces = (TRUTH * law(depth) + correlated(rng, 200, 0.9, 0.03) for _ in range(300))
+    fits = [fit_known_contact(depth, force, law, depth_std_m=0.0) for force in forces]
+    assert 0.92 <= covered(fits) <= 0.99
 
 
 def test_independent_samples_of_a_first_order_process():

@@ -48,39 +48,18 @@ def fitted(ours, *, beliefs=BELIEFS, laws=LAWS):
 
 
 def until_deepest(ours):
-    end = DEEPEST + 1
-    cut = {
-        name: getattr(ours, name)[:end] for name in ("time_s", "depth_m", "force_n", "magnitude_n")
-    }
-    return replace(ours, **cut)
+    names = ("time_s", "depth_m", "force_n", "magnitude_n")
+    return replace(ours, **{name: getattr(ours, name)[: DEEPEST + 1] for name in names})
 
 
 def test_precise_samples_give_modulus_share_and_contact():
     ours = record(frame_std_m=1e-6, force_std_n=1e-4, contact_m=3e-5)
     sure = BELIEFS.changed(law_std=1e-5, law_growth_std=1e-5)
-    given = {"times_s": np.array(TERMS["times_s"]), "beliefs": sure}
-    fit = fit_relaxation(ours, LAWS, **given)
+    fit = fit_relaxation(ours, LAWS, times_s=np.array(TERMS["times_s"]), beliefs=sure)
     assert fit.reduced_modulus_pa == pytest.approx(TRUTH, rel=0.01)
     assert fit.contact_depth_m == pytest.approx(3e-5, abs=5e-6)
     later = TRUTH * (1 - relaxed_share(1.0, **TERMS))
     assert fit.later_reduced_modulus_pa == pytest.approx(later, rel=0.01)
-
-
-@pytest.mark.parametrize("terms", [TERMS, {"fractions": [], "times_s": []}])
-def test_intervals_hold_the_truth_as_often_as_they_say(terms):
-    """Splits and times are not the fit's own, so that intervals may hold it more often."""
-    sure = BELIEFS.changed(law_std=1e-3, law_growth_std=1e-3)
-    found = [fitted(record(terms=terms, seed=seed), beliefs=sure) for seed in range(40)]
-    later = TRUTH * (1 - relaxed_share(1.0, **terms))
-    now = [low <= TRUTH <= high for low, high in (f.reduced_modulus_interval_pa for f in found)]
-    after = [
-        low <= later <= high for low, high in (f.later_reduced_modulus_interval_pa for f in found)
-    ]
-    assert np.mean(now) >= 0.9
-    assert np.mean(after) >= 0.9
-    centre = np.median([f.reduced_modulus_pa for f in found])
-    assert centre == pytest.approx(TRUTH, rel=0.03)
-    assert np.median([f.chi_square_per_sample for f in found]) == pytest.approx(1, abs=0.35)
 
 
 def test_without_a_hold_or_with_more_noise_than_stated_the_interval_is_wide():
@@ -101,13 +80,8 @@ def test_without_a_hold_or_with_more_noise_than_stated_the_interval_is_wide():
 
 def test_the_prior_decides_little_where_the_record_says_much():
     def spread(ours):
-        times = relaxation_times(ours.time_s[ONSET:])
-        low, high = (
-            fit_relaxation(
-                ours, LAWS, times_s=times, beliefs=BELIEFS.changed(share=part * BELIEFS.share)
-            ).reduced_modulus_pa
-            for part in (0.5, 2.0)
-        )
+        shares = (BELIEFS.changed(share=part * BELIEFS.share) for part in (0.5, 2.0))
+        low, high = (fitted(ours, beliefs=one).reduced_modulus_pa for one in shares)
         return high / low - 1
 
     assert 0 <= spread(record(seed=3)) < 0.02
@@ -119,12 +93,8 @@ def test_verdicts():
     assert verdict(relaxes, held=True) == "relaxes"
     assert verdict(rigid, held=True) == "none seen"
     # Three to one.
-    for ratio, said in (
-        (2.95, "undecided"),
-        (3.05, "relaxes"),
-        (0.34, "undecided"),
-        (0.33, "none seen"),
-    ):
+    said_of = {2.95: "undecided", 3.05: "relaxes", 0.34: "undecided", 0.33: "none seen"}
+    for ratio, said in said_of.items():
         assert verdict(replace(rigid, log_evidence=np.log(ratio)), held=True) == said
     assert verdict(relaxes, held=False) == "no hold"
 
@@ -206,9 +176,8 @@ def test_an_error_of_the_depth_that_all_samples_share_is_found():
 
 def test_a_force_that_falls_with_the_depth_is_rejected():
     ours = record()
-    given = {"times_s": relaxation_times(ours.time_s[ONSET:]), "beliefs": BELIEFS}
     with pytest.raises(ValueError, match="force: expected one that grows with the depth"):
-        fit_relaxation(replace(ours, force_n=-ours.force_n), LAWS, **given)
+        fitted(replace(ours, force_n=-ours.force_n))
 
 
 def drawn(seed):

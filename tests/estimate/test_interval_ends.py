@@ -25,18 +25,14 @@ def intervals_of(nu, stds, *, options=None, frames=50, correlation=0.0, table_st
 
     `table_std` is an error of nu beside them.
     """
-    slopes = [
-        [0.0, 1, 0]
-        if name == "poisson_ratio"
-        else [1.0, by_nu, -1.0 if name.endswith("1s_pa") else 0]
-        for name, by_nu in zip(NAMES, over_star_by_nu(nu), strict=True)
-    ]
+    is_nu, later = np.array([(one == "poisson_ratio", one.endswith("1s_pa")) for one in NAMES]).T
+    slopes = np.stack([1.0 - is_nu, np.where(is_nu, 1, over_star_by_nu(nu)), -1.0 * later], axis=1)
     log = np.log(E_STAR) + over_star(nu)
-    values = np.where(np.array(NAMES) == "poisson_ratio", nu, log)
+    values = np.where(is_nu, nu, log)
     covariance = np.diag(np.square(stds))
     covariance[[0, 1], [1, 0]] = correlation * stds[0] * stds[1]
     std = np.sqrt(np.einsum("qi,ij,qj->q", slopes, covariance, slopes))
-    std = np.hypot(std, table_std * np.abs(np.array(slopes)[:, 1]))
+    std = np.hypot(std, table_std * np.abs(slopes[:, 1]))
     best = SimpleNamespace(
         converged=True,
         options=options or Fit(),
@@ -44,7 +40,7 @@ def intervals_of(nu, stds, *, options=None, frames=50, correlation=0.0, table_st
         parameters=[SimpleNamespace(youngs_modulus_pa=E_STAR * (1 - nu**2), offset_m=0.0)],
         indentations=[SimpleNamespace(frames=np.arange(frames), zero_std_m=1e-3)],
     )
-    quantities = SimpleNamespace(values=values, slopes=np.array(slopes))
+    quantities = SimpleNamespace(values=values, slopes=slopes)
     budget = SimpleNamespace(freedom=np.full(7, 1e9), std=std)
 
     def at(ratios):
@@ -68,19 +64,16 @@ def test_e_follows_nu_and_what_is_independent_adds_in_squares():
     star = found["reduced_modulus_pa"]
     assert (star.low, star.value, star.high) == pytest.approx((E_STAR,) * 3)
     found = intervals_of(0.3, [0.04, 0.02, 0.03])
-    star, E, later = (
-        found[name] for name in ("reduced_modulus_pa", "youngs_modulus_pa", "youngs_modulus_1s_pa")
-    )
-    assert np.log([star.low / E_STAR, star.high / E_STAR]) == pytest.approx(
-        np.array([-1, 1]) * NORMAL * 0.04
-    )
     ends = 0.3 + np.array([1, -1]) * NORMAL * 0.02
     with_nu = np.log((1 - ends**2) / (1 - 0.3**2))
-    for modulus, rest in ((E, 0.04), (later, 0.05)):
-        half = np.array([-1, 1]) * np.hypot(NORMAL * rest, with_nu)
-        found = np.log([modulus.low / modulus.value, modulus.high / modulus.value])
-        # To first order: E is not straight in nu.
-        assert found == pytest.approx(half, rel=0.01)
+    # To first order: E is not straight in nu.
+    for name, half in (
+        ("reduced_modulus_pa", np.full(2, NORMAL * 0.04)),
+        ("youngs_modulus_pa", np.hypot(NORMAL * 0.04, with_nu)),
+        ("youngs_modulus_1s_pa", np.hypot(NORMAL * 0.05, with_nu)),
+    ):
+        low, value, high = found[name].low, found[name].value, found[name].high
+        assert np.log([value / low, high / value]) == pytest.approx(half, rel=0.01)
 
 
 def test_intervals_end_at_the_range_of_nu_and_few_frames_leave_all_of_it():
@@ -100,11 +93,10 @@ def test_intervals_end_at_the_range_of_nu_and_few_frames_leave_all_of_it():
 def test_a_ratio_that_was_given_keeps_its_deviation_and_g_and_k_follow_it():
     """Not the table's error of nu, which what is known of nu leaves out."""
     options = Fit(poisson_ratio=0.35, poisson_ratio_std=0.02)
-    nu = intervals_of(0.34, [0.0, 0.019, 0.0], options=options)["poisson_ratio"]
-    expected = 0.34, 0.35 - NORMAL * 0.02, 0.35 + NORMAL * 0.02
-    assert (nu.value, nu.low, nu.high) == pytest.approx(expected)
-    nu = intervals_of(0.34, [0.0, 0.01, 0.0], options=options)["poisson_ratio"]
-    assert (nu.low, nu.high) == pytest.approx((0.34 - NORMAL * 0.01, 0.34 + NORMAL * 0.01))
+    for std, middle, half in ((0.019, 0.35, 0.02), (0.01, 0.34, 0.01)):
+        nu = intervals_of(0.34, [0.0, std, 0.0], options=options)["poisson_ratio"]
+        expected = 0.34, middle - NORMAL * half, middle + NORMAL * half
+        assert (nu.value, nu.low, nu.high) == pytest.approx(expected)
     options = Fit(poisson_ratio=0.47, poisson_ratio_std=0.002)
     found = intervals_of(0.47, [0.001, 0.002, 0.0], options=options, table_std=0.01)
     ends = 0.47 + np.array([-1, 1]) * NORMAL * 0.002

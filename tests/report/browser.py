@@ -14,6 +14,8 @@ WINDOW = (1280, 1000)
 PATIENCE_S = 60
 # No proxy stands between this machine and itself.
 OPENER = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+TELEPHONE = {"width": 390, "height": 844, "mobile": True}
+WIDTHS = "return [document.documentElement.scrollWidth, document.documentElement.clientWidth]"
 ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
 ARGUMENTS = [
     "--headless=new",
@@ -53,6 +55,32 @@ def browser(profile):
         driver.terminate()
         driver.wait(timeout=PATIENCE_S)
         driver.stdout.close()
+
+
+def written(root, name):
+    """A file that a page is made of."""
+    return (root / "workflow/report" / name).read_text()
+
+
+def shown(folder, text):
+    """A page in a window until it is drawn; the folder goes with it."""
+    page = folder / "page.html"
+    page.write_text(text)
+    with browser(folder / "profile") as opened:
+        opened.open(page)
+        opened.until("return document.body.dataset.drawn === 'yes'")
+        yield opened
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextmanager
+def wide(window, size):
+    """A window of another size."""
+    window.tell("Emulation.setDeviceMetricsOverride", {"deviceScaleFactor": 1, **size})
+    try:
+        yield
+    finally:
+        window.tell("Emulation.clearDeviceMetricsOverride", {})
 
 
 class Browser:

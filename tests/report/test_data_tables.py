@@ -68,9 +68,6 @@ def test_a_fit_is_read_as_it_was_written_and_always_the_same(fit, tmp_path):
     assert list(found) == ["01", "01-a02"]
     for name, value in vars(fit).items():
         np.testing.assert_array_equal(getattr(found["01-a02"], name), value)
-
-
-def test_a_file_without_a_fit_is_named(tmp_path):
     path = tmp_path / "fitted.npz"
     np.savez(path, captures=np.array(["01"]))
     with pytest.raises(ValueError, match="fitted.npz: 01/time_s: expected an array, found none"):
@@ -98,13 +95,10 @@ def test_motion_is_all_that_was_seen_with_the_model_where_it_was_compared(fit, m
     assert table["moved_expected_std_m"].count() == len(compared)
 
 
-def test_another_motion_than_the_fits_is_refused(fit, motion):
+def test_another_motion_than_the_fits_is_refused_and_samples_have_their_distance(fit, motion):
     other = SurfaceMotion(**vars(motion) | {"cell_m": motion.cell_m + 1e-6})
     with pytest.raises(ValueError, match="samples: expected those of the motion, found others"):
         motion_table({KEY: fit}, [other])
-
-
-def test_samples_have_their_distance(fit, motion):
     table = sample_table({KEY: fit}, [motion])
     np.testing.assert_allclose(table["distance_m"][CHOSEN], fit.distance_m)
     assert table["place_z_m"].tolist() == motion.cell_m[:, 2].tolist()

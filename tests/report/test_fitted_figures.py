@@ -1,12 +1,16 @@
-"""Figures of what was seen, computed and known of an object."""
+"""Figures of an object: what was seen, computed and known, its moduli, its tracked surface."""
 
 from dataclasses import replace
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+import trimesh
 from palpate.estimate.direct.result import CaptureFit
 from palpate.report.fitted_figures import fits, known
+from palpate.report.own_moduli import HIGHEST_IN, own_moduli
 from palpate.report.style import journal
+from palpate.report.surface_figures import TrackedView, tracked_surface
 
 FOUND = {
     "youngs_modulus_pa": {"value": 40e3, "low": 36e3, "high": 45e3},
@@ -110,12 +114,81 @@ def test_regions_law_and_relaxation():
         np.testing.assert_allclose(E, 40 * (1 - 0.2 * (1 - np.exp(-time))))
 
 
-def test_what_is_later_than_the_captures_is_dashed_and_hollow():
+def found(star_pa, verdict="identified"):
+    values = {
+        "effective_reduced_modulus_pa": star_pa,
+        "youngs_modulus_pa": 0.9 * star_pa,
+        "poisson_ratio": 0.3,
+    }
+    return {
+        name: {"value": value, "low": 0.9 * value, "high": 1.2 * value, "verdict": verdict}
+        for name, value in values.items()
+    }
+
+
+@pytest.mark.parametrize(
+    "counts", [{"kinect": 1}, {"kinect": 2, "my_cam": 1}, {"kinect": 6}, {"kinect": 60}]
+)
+def test_captures_stand_above_what_they_say_together(counts):
+    """Of each sensor with several; the figure is no higher than its lines."""
+    captures = [
+        {"sensor": sensor, "capture": f"{k + 1:02d}"}
+        for sensor, count in counts.items()
+        for k in range(count)
+    ]
+    singles = [found(1e3 * (10 + k), "bounded") for k in range(len(captures))]
     with journal():
-        _, _, over_time = known(["kinect"], [FOUND], [0.8]).axes
-    seen, later = over_time.lines[:2]
-    assert seen.get_xdata()[-1] == later.get_xdata()[0] == 0.8
-    assert (seen.get_linestyle(), later.get_linestyle()) == ("-", "--")
-    marked = [line for line in over_time.lines if line.get_marker() == "o"]
-    hollow = {line.get_xdata()[0]: line.get_markerfacecolor() == "white" for line in marked}
-    assert hollow == {0.03: False, 1.0: True}
+        figure = own_moduli(captures, singles, list(counts), [found(9e3)] * len(counts))
+    star, _, nu = figure.axes
+    expected, number = [], 0
+    for count in counts.values():
+        expected += [(10.0 + k, True) for k in range(number, number + count)] if count > 1 else []
+        expected, number = [*expected, (9.0, False)], number + count
+    dots = [
+        (line.get_xdata()[0], line.get_markerfacecolor() == "white") for line in star.lines[1::2]
+    ]
+    assert dots == [(pytest.approx(value), hollow) for value, hollow in expected]
+    ends = np.array([line.get_xdata() for line in star.lines[::2]])
+    assert ends == pytest.approx(np.outer([value for value, _ in expected], [0.9, 1.2]))
+    assert nu.get_xlim() == (0, 0.5) and star.get_xlim()[0] == 0
+    lowest, highest = star.get_ylim()
+    if number == 60:
+        assert figure.get_figheight() == HIGHEST_IN
+    else:
+        assert lowest - highest < len(expected) + 0.5
+        assert number > 1 or figure.get_figheight() < 1.0
+        assert number < 6 or 1.0 < figure.get_figheight() < 2.5
+
+
+BALL_M = 0.02
+CENTRE = np.array([0.0, 0.001, -0.2 * BALL_M])
+
+
+@pytest.fixture
+def figure():
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=BALL_M)
+    view = TrackedView(
+        ball.vertices,
+        ball.vertices * 0.9,
+        ball.faces,
+        CENTRE,
+        cloud_m=ball.vertices[:50],
+        photo=np.arange(80, dtype=np.uint8).reshape(8, 10),
+        near=(slice(2, 6), slice(3, 9)),
+    )
+    capture = {"object": "ball", "sensor": "my_cam", "capture": "1", "point": "1"}
+    drawn = tracked_surface([capture | {"provenance": "recorded"}], [view])
+    yield drawn
+    plt.close(drawn)
+
+
+def test_the_section_of_a_ball_is_a_circle(figure):
+    lines = {line.get_label(): line for axes in figure.axes for line in axes.get_lines()}
+    for label, radius_m in (("undeformed", BALL_M), ("tracked", 0.9 * BALL_M)):
+        place = np.array(lines[label].get_data()).T / 1e3 + CENTRE[[0, 2]]
+        expected = np.sqrt(radius_m**2 - CENTRE[1] ** 2)
+        assert np.abs(np.hypot(*place.T) - expected).max() < 0.02 * radius_m
+        # From neighbour to neighbour, and once around.
+        steps = np.linalg.norm(np.diff(place, axis=0), axis=1)
+        assert steps.max() < 0.3 * radius_m
+        assert abs(steps.sum() / (2 * np.pi * expected) - 1) < 0.02

@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import pandas as pd
 import pytest
 from palpate.report import outputs
+from palpate.report.table_page import page
 from palpate.report.tables import SIMULATED_NOTE
 
 
@@ -60,3 +61,10 @@ def test_nothing_is_written_where_one_thing_fails(tmp_path):
 def test_names_that_the_rule_has_not(tmp_path):
     with pytest.raises(ValueError, match="made: expected csv, md, found csv"):
         outputs.write({"csv": "x"}, paths(tmp_path, csv="a.csv", md="a.md"))
+
+
+def test_text_stays_text_and_nothing_comes_from_elsewhere():
+    table = "# T\n\n| E_pa | name |\n|---|---|\n| 1.5e+04 | a<b |\n"
+    text = page(table + "\n<script>x</script>\n", title="t")
+    assert "a&lt;b" in text
+    assert "<script" not in text and "http" not in text

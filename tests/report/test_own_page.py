@@ -1,11 +1,13 @@
 """Page of one object: numbers as people read them, verdicts explained, doubts told."""
 
 import re
+from dataclasses import asdict
 from html import unescape
 
 import numpy as np
 import pandas as pd
 import pytest
+from palpate.modulus import Modulus
 from palpate.report.budget_bars import bars, largest
 from palpate.report.held import Held
 from palpate.report.other_methods import PRESUMED, others
@@ -20,26 +22,6 @@ ADVISED = {
     "point": "all",
     "method": "direct_joint",
     "recommended": True,
-    "youngs_modulus_pa": 38120.0,
-    "youngs_modulus_low_pa": 35000.0,
-    "youngs_modulus_high_pa": 41049.0,
-    "youngs_modulus_verdict": "identified",
-    "youngs_modulus_1s_pa": 35000.0,
-    "youngs_modulus_1s_low_pa": 34000.0,
-    "youngs_modulus_1s_high_pa": 36000.0,
-    "youngs_modulus_1s_verdict": "identified",
-    "poisson_ratio": 0.384,
-    "poisson_ratio_low": 0.2,
-    "poisson_ratio_high": 0.49,
-    "poisson_ratio_verdict": "bounded",
-    "reduced_modulus_pa": 44500.0,
-    "reduced_modulus_low_pa": 43000.0,
-    "reduced_modulus_high_pa": 46000.0,
-    "reduced_modulus_verdict": "identified",
-    "effective_reduced_modulus_pa": 45000.0,
-    "effective_reduced_modulus_low_pa": 44000.0,
-    "effective_reduced_modulus_high_pa": 46000.0,
-    "effective_reduced_modulus_verdict": "identified",
     "effective_depth_m": 0.0042,
     "force_law": 0.12,
     "force_law_std": 0.3,
@@ -47,6 +29,14 @@ ADVISED = {
     "motion_scale": 1.1,
     "provenance": "recorded",
 }
+KNOWN = {
+    "youngs_modulus_pa": Modulus(38120.0, 35000.0, 41049.0, "identified", "Pa"),
+    "youngs_modulus_1s_pa": Modulus(35000.0, 34000.0, 36000.0, "identified", "Pa"),
+    "poisson_ratio": Modulus(0.384, 0.2, 0.49, "bounded", "1"),
+    "reduced_modulus_pa": Modulus(44500.0, 43000.0, 46000.0, "identified", "Pa"),
+    "effective_reduced_modulus_pa": Modulus(45000.0, 44000.0, 46000.0, "identified", "Pa"),
+}
+ADVISED |= {key: cell for name, one in KNOWN.items() for key, cell in one.cells(name).items()}
 HERTZ = {"object": "toy", "sensor": "my_cam", "capture": "1", "point": "1", "method": "hertz"}
 HERTZ |= {"recommended": False, "reduced_modulus_pa": 41000.0, "provenance": "recorded"}
 PRESS = {"sensor": "my_cam", "capture": "1"}
@@ -78,16 +68,8 @@ FIT = {
     "radius_m": 0.006,
     "range": {"first_frame": 0, "last_frame": 1},
 }
-POSES = pd.DataFrame(
-    {
-        "time_s": [0.5, 2.5, 3.5],
-        "detected": [1, 1, 0],
-        "tip_x_m": 0.0,
-        "tip_y_m": 0.3,
-        "tip_z_m": 0.4,
-        "raw_tip_std_along_m": 5e-5,
-    }
-)
+POSES = pd.DataFrame({"time_s": [0.5, 2.5, 3.5], "detected": [1, 1, 0]})
+POSES = POSES.assign(tip_x_m=0.0, tip_y_m=0.3, tip_z_m=0.4, raw_tip_std_along_m=5e-5)
 DEPTH = np.array([0.0, 0.00564, 0.00559])
 DIRECT = {
     "frames": [9],
@@ -98,17 +80,12 @@ DIRECT = {
 }
 
 
-def modulus(name):
-    ends = {end: ADVISED[name.replace("_pa", f"_{end}_pa")] for end in ("low", "high")}
-    return {"value": ADVISED[name], "verdict": "identified", "unit": "Pa"} | ends
-
-
+YOUNG = asdict(KNOWN["youngs_modulus_pa"])
 JOINT = {
-    "youngs_modulus_pa": modulus("youngs_modulus_pa"),
-    "youngs_modulus_1s_pa": modulus("youngs_modulus_1s_pa"),
-    "shear_modulus_pa": modulus("youngs_modulus_pa") | {"value": 13800.0},
-    "bulk_modulus_pa": modulus("youngs_modulus_pa") | {"value": 54800.0, "high": None},
-    "poisson_ratio": {"value": 0.384, "low": 0.2, "high": 0.49, "verdict": "bounded"},
+    **{name: asdict(KNOWN[name]) for name in ("youngs_modulus_1s_pa", "poisson_ratio")},
+    "youngs_modulus_pa": YOUNG,
+    "shear_modulus_pa": YOUNG | {"value": 13800.0},
+    "bulk_modulus_pa": YOUNG | {"value": 54800.0, "high": None},
     "effective": {"strain": 0.18, "depth_m": 0.00282},
 }
 
@@ -117,19 +94,13 @@ def held(poses=POSES, **changes):
     return Held(PRESS, FIT, DIRECT | changes, poses, DEPTH, np.arange(1, 3))
 
 
+NOTHING = {"pictures": {}, "glimpses": (), "settings": "", "files": "", "style": ""}
+
+
 def page(at_bound=False, presses=None, **changes):
     rows = pd.DataFrame([HERTZ, SEARCHED | {"at_bound": at_bound}, ADVISED | changes])
-    return own_page(
-        "toy",
-        rows,
-        presses or [held()],
-        pictures={},
-        glimpses=(),
-        joints={"my_cam": JOINT | {"budget": BUDGET}},
-        settings="",
-        files="",
-        style="",
-    )
+    joints = {"my_cam": JOINT | {"budget": BUDGET}}
+    return own_page("toy", rows, presses or [held()], joints=joints, **NOTHING)
 
 
 def text_of(html):
@@ -240,17 +211,15 @@ def test_a_recording_that_fails_a_check_is_told_first(changes, told):
     assert f": {told}, good is " in first and f"✗ {told}" in text
 
 
-def test_an_offset_within_its_uncertainty_passes():
+def test_an_offset_within_its_uncertainty_passes_and_a_doubt_stands_on_the_first_screen():
     far = {"offset_m": -0.005, "offset_std_m": 0.003}
     assert "all 6 checks of one capture passed" in text_of(page(presses=[held(nuisances=[far])]))
-
-
-def test_a_doubt_stands_on_the_first_screen():
     text = text_of(page(doubts="the fit did not converge; nu is far"))
     assert "my_cam: the fit did not converge." in text[: text.index("How stiff")]
 
 
-def test_a_search_that_ended_at_a_bound_is_told():
+def test_a_search_that_ended_at_a_bound_and_simulated_captures_are_told():
+    assert SIMULATED_NOTE in page(provenance="simulated") and SIMULATED_NOTE not in page()
     text = text_of(page(at_bound=True))
     assert text.count("(at a bound)") == 3 and AT_BOUND_NOTE in text
     assert "(at a bound)" not in text_of(page())
@@ -276,19 +245,6 @@ def test_others_are_told_by_what_is_on_the_page():
     assert "rest on less" not in other_methods()
 
 
-def test_simulated_captures_are_told_and_recorded_ones_not():
-    assert SIMULATED_NOTE in page(provenance="simulated")
-    assert SIMULATED_NOTE not in page()
-
-
 def test_a_summary_without_a_recommended_row():
     with pytest.raises(ValueError, match="recommended: expected a row for each sensor"):
-        own_page(
-            *("toy", pd.DataFrame([HERTZ]), [held()]),
-            pictures={},
-            glimpses=[],
-            joints={},
-            settings="",
-            files="",
-            style="",
-        )
+        own_page("toy", pd.DataFrame([HERTZ]), [held()], joints={}, **NOTHING)

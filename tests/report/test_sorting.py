@@ -1,16 +1,13 @@
 """The table of all objects in a real browser: sorted by hand and by keys, on a telephone, dark."""
 
-import shutil
-
 import numpy as np
 import pandas as pd
 import pytest
-import trimesh
-from browser import browser, missing
+from browser import TELEPHONE, WIDTHS, missing, shown, wide, written
 from palpate.modulus import Modulus
 from palpate.report import objects_page, objects_table
-from palpate.surface.tracked import Tracked
 from plotly.offline import get_plotlyjs
+from test_objects_page import view
 
 pytestmark = pytest.mark.skipif(missing() is not None, reason=missing() or "")
 
@@ -53,75 +50,31 @@ def recommended(name, young_pa):
     return row | young.cells("youngs_modulus_pa") | nu.cells("poisson_ratio")
 
 
-def view():
-    """A ball that is pressed, for the page's other half."""
-    ball = trimesh.creation.icosphere(subdivisions=1, radius=0.04)
-    vertices = np.repeat(ball.vertices[None], 2, axis=0)
-    vertices[1, vertices[0, :, 2] > 0.03, 2] -= 0.004
-    tracked = Tracked(
-        template_m=ball.vertices,
-        faces=ball.faces,
-        rest_m=ball.vertices,
-        vertices_m=vertices,
-        observed=np.ones(vertices.shape[:2], bool),
-        camera_from_object=np.eye(4),
-        residual_m=np.zeros(2),
-        contact_point_m=np.array([0, 0, 0.04]),
-        contact_frame=1,
-    )
-    capture = {"object": "ball", "sensor": "cam", "point": "01", "provenance": "recorded"}
-    fit = {
-        "range": {"first_frame": 0, "last_frame": 1},
-        "samples": {"force_n": [0.0, 1.0], "depth_m": [0.0, 0.004]},
-        "study": {"reduced_modulus_pa": 2.2e5},
-        "recommended": {
-            "reduced_modulus_pa": 2.1e5,
-            "reduced_modulus_interval_pa": [2.0e5, 2.2e5],
-            "doubts": [],
-        },
-    }
-    return objects_page.view(objects_page.Shown(capture, tracked, fit, {}))
-
-
 @pytest.fixture(scope="module")
 def window(tmp_path_factory, root):
-    folder = tmp_path_factory.mktemp("sorting")
-    page, behaviour = (
-        (root / f"workflow/report/objects.{end}").read_text() for end in ("html", "js")
-    )
     table = pd.DataFrame([recommended(*one) for one in MODULI_PA.items()])
     text = objects_page.page(
-        page,
-        behaviour=behaviour,
+        written(root, "objects.html"),
+        behaviour=written(root, "objects.js"),
         plotly=get_plotlyjs(),
         views=[view()],
         tracker="study",
         estimates=objects_table.section(table.to_dict("records")),
     )
-    path = folder / "objects.html"
-    path.write_text(text)
-    with browser(folder / "profile") as opened:
-        opened.open(path)
-        opened.until("return document.body.dataset.drawn === 'yes'")
-        yield opened
-    shutil.rmtree(folder, ignore_errors=True)
-
-
-def head(window, label):
-    window.run(
-        "[...document.querySelectorAll('#estimates button')]"
-        ".find((one) => one.textContent === arguments[0]).id = 'wanted'",
-        label,
-    )
+    yield from shown(tmp_path_factory.mktemp("sorting"), text)
 
 
 @pytest.fixture
 def press(window):
     """Press a head by a key, or click it."""
+    wanted = (
+        "document.querySelectorAll('#wanted').forEach((one) => one.id = '');"
+        "[...document.querySelectorAll('#estimates button')]"
+        ".find((one) => one.textContent === arguments[0]).id = 'wanted'"
+    )
 
     def pressed(label, key=None):
-        window.run("document.querySelectorAll('#wanted').forEach((one) => one.id = '')")
-        head(window, label)
+        window.run(wanted, label)
         if key:
             window.press("#wanted", key)
         else:
@@ -159,35 +112,19 @@ def test_bars_stand_under_their_ticks(window):
 
 @pytest.mark.parametrize("features", [{}, DARK], ids=["light", "dark"])
 def test_words_stand_out(window, features):
-    command = {"cmd": "Emulation.setEmulatedMedia", "params": {"features": [], **features}}
-    window.ask("POST", "/goog/cdp/execute", command)
+    window.tell("Emulation.setEmulatedMedia", {"features": [], **features})
     dark = "return matchMedia('(prefers-color-scheme: dark)').matches"
     assert window.run(dark) == bool(features)
     assert window.run(FAINT) == []
 
 
-def test_on_a_telephone_the_table_scrolls_in_its_own_box(window):
-    size = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
-    command = {"cmd": "Emulation.setDeviceMetricsOverride", "params": size}
-    window.ask("POST", "/goog/cdp/execute", command)
-    widths = window.run(
-        "return [document.documentElement.scrollWidth, document.documentElement.clientWidth]"
-    )
-    assert widths == [390, 390]
-    assert window.run(f"{BOX} return [box.scrollWidth > box.clientWidth, box.tabIndex]") == [
-        True,
-        0,
-    ]
-    shown = window.run(
-        f"{BOX} return [...document.querySelectorAll('#estimates svg')].every("
-        "(one) => one.getBoundingClientRect().right <= box.getBoundingClientRect().right)"
-    )
-    assert shown
-    window.tell("Emulation.clearDeviceMetricsOverride", {})
-
-
-def test_on_a_desk_nothing_is_cut_off(window):
-    size = {"width": 1400, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-    window.tell("Emulation.setDeviceMetricsOverride", size)
-    assert window.run(f"{BOX} return box.scrollWidth <= box.clientWidth")
-    window.tell("Emulation.clearDeviceMetricsOverride", {})
+def test_on_a_telephone_the_table_scrolls_in_its_own_box_and_on_a_desk_nothing_is_cut_off(window):
+    ends = "(one) => one.getBoundingClientRect().right <= box.getBoundingClientRect().right"
+    with wide(window, TELEPHONE):
+        assert window.run(WIDTHS) == [390, 390]
+        found = window.run(f"{BOX} return [box.scrollWidth > box.clientWidth, box.tabIndex]")
+        assert found == [True, 0]
+        svgs = "[...document.querySelectorAll('#estimates svg')]"
+        assert window.run(f"{BOX} return {svgs}.every({ends})")
+    with wide(window, {"width": 1400, "height": 900, "mobile": False}):
+        assert window.run(f"{BOX} return box.scrollWidth <= box.clientWidth")

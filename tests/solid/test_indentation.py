@@ -64,9 +64,8 @@ def test_weights_are_those_of_polynomials_up_to_incompressibility():
     weights, slopes = indentation_table.ratio_weights(ratios, 0.29)
     assert weights @ ratios**4 == pytest.approx(0.29**4, rel=1e-9)
     assert slopes @ ratios**4 == pytest.approx(4 * 0.29**3, rel=1e-9)
-    assert indentation_table.ratio_weights(ratios, 0.3)[0] == pytest.approx(
-        [0, 0, 1, 0, 0], abs=1e-10
-    )
+    at_one, _ = indentation_table.ratio_weights(ratios, 0.3)
+    assert at_one == pytest.approx([0, 0, 1, 0, 0], abs=1e-10)
 
     def force(nu, chi=0.2):
         a = -(1.2876 - 1.4678 * nu + 1.3442 * nu**2) / (1 - nu)
@@ -74,9 +73,8 @@ def test_weights_are_those_of_polynomials_up_to_incompressibility():
 
     ratios = np.array([0.0, 0.2, 0.37, 0.49])
     assert greatest_ratio(ratios) == 0.4999
-    assert indentation_table.ratio_weights(ratios, 0.4999)[0] @ force(ratios) == pytest.approx(
-        force(0.4999), rel=2e-3
-    )
+    weights, _ = indentation_table.ratio_weights(ratios, 0.4999)
+    assert weights @ force(ratios) == pytest.approx(force(0.4999), rel=2e-3)
     assert greatest_ratio(ratios[:-1]) == 0.37
 
 
@@ -95,13 +93,9 @@ def test_bad_arguments_and_files(model, tmp_path):
     with pytest.raises(ValueError, match="deepest_m: expected above 1.5 steps of 0.001 m"):
         depth_steps(0.0015, 0.001)
     for ratios, found in (((0.2, 0.0), "0.2, 0"), ((0.2, 0.2), "0.2, 0.2")):
+        given = {"radius_m": 0.006, "deepest_m": 0.006, "poisson_ratios": ratios}
         with pytest.raises(ValueError, match=f"expected increasing numbers, found {found}"):
-            indentation_model(
-                *(None, None, np.zeros(3), np.array([0.0, 0, -1])),
-                radius_m=0.006,
-                deepest_m=0.006,
-                poisson_ratios=ratios,
-            )
+            indentation_model(None, None, np.zeros(3), np.array([0.0, 0, -1]), **given)
     path = tmp_path / "a.npz"
     path.write_bytes(b"nothing")
     with pytest.raises(ValueError, match="a.npz: file: expected an indentation table"):
@@ -156,7 +150,7 @@ SLANTED = {"points": GRID | {"02": GRID["02"] | {"direction": [0.1, 0, -1]}}}
     [
         ({}, {}),
         ({"mirrors": [[2, 0, 0], [0, 1, 0]]}, {"02": ("01", [0]), "03": ("01", [0, 1])}),
-        # The mirror lies where the support says, and there nothing is symmetrical to another.
+        # The mirror lies where the support says.
         ({"support": {"plane_point_m": [0.05, 0, 0]}, "mirrors": [[1, 0, 0]]}, {"04": ("03", [0])}),
         # One of its own direction has no images.
         (SLANTED | {"mirrors": [[1, 0, 0]]}, {}),
@@ -181,14 +175,12 @@ def press(root, stage, tmp_path, cube):
     coarse = {"edge_m": 0.012, "growth": 1.0, "refine_radius_m": 0.03, "step_m": 0.001}
     few = {"poisson_ratios": [0.2, 0.3], "deepest_m": 0.002}
 
-    def run(point="01", support=None, **options):
-        plane = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 0.001}
-        content = {
-            "template": {"unit": "m"},
-            "support": plane | (support or {}),
-            "points": {"01": {"position_m": TOP}, "02": {"position_m": [0.05, 0.05, 0.12]}},
-        }
-        (tmp_path / "object.yaml").write_text(yaml.safe_dump(content))
+    support = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 0.001}
+    content = {"template": {"unit": "m"}, "support": support}
+    content |= {"points": {"01": {"position_m": TOP}, "02": {"position_m": [0.05, 0.05, 0.12]}}}
+    (tmp_path / "object.yaml").write_text(yaml.safe_dump(content))
+
+    def run(point="01", **options):
         names = {"object": "object.yaml", "template": "template.ply", "solid": "solid.vtu"}
         inputs = {name: tmp_path / file for name, file in names.items()} | {"image": None}
         params = {"mirrors": [], "probe": {"indenter": {"radius_m": RADIUS}}}
@@ -217,7 +209,6 @@ def test_table_of_a_cube(press, tmp_path):
         ({"point": "07"}, "object.yaml: points: expected one of 01, 02, found 07"),
         ({"point": "02"}, "object.yaml: point_m: expected within 0.005 m of the surface"),
         ({"deepest_m": 0.15}, "object.yaml: deepest_m: expected above 0 and below the thickness"),
-        ({"support": {"plane_normal": [0, 0, 0]}}, "object.yaml: support.plane_normal: expected"),
     ],
 )
 def test_bad_input(press, change, message):

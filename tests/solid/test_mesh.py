@@ -52,33 +52,30 @@ def test_elements_that_overlap_or_are_curved_are_named(cube):
 
 def test_bad_elements_and_other_files_are_rejected(cube, tmp_path):
     nodes, elements = cube.nodes_m, cube.tetrahedra
-    with pytest.raises(ValueError, match="expected volumes, found element 1 without one"):
-        solid_mesh(nodes, _with_flat(elements))
-    with pytest.raises(ValueError, match="expected elements of 4 or 10 nodes, found shape"):
-        solid_mesh(nodes, elements[:, :3])
-    with pytest.raises(ValueError, match=f"expected nodes 0 to {len(nodes) - 2}, found 0 to"):
-        solid_mesh(nodes[:-1], elements)
-    with pytest.raises(ValueError, match=f"found node {len(nodes)} in none"):
-        solid_mesh(np.append(nodes, [[0, 0, 0]], axis=0), elements)
-    with pytest.raises(ValueError, match="nodes_m: expected numbers, found NaN"):
-        solid_mesh(nodes * np.nan, elements)
+    flat = np.insert(elements, 1, elements[0, [0, 1, 2, 2]], axis=0)
+    for places, corners, line in (
+        (nodes, flat, "expected volumes, found element 1 without one"),
+        (nodes, elements[:, :3], "expected elements of 4 or 10 nodes, found shape"),
+        (nodes[:-1], elements, f"expected nodes 0 to {len(nodes) - 2}, found 0 to"),
+        (np.append(nodes, [[0, 0, 0]], axis=0), elements, f"found node {len(nodes)} in none"),
+        (nodes * np.nan, elements, "nodes_m: expected numbers, found NaN"),
+    ):
+        with pytest.raises(ValueError, match=line):
+            solid_mesh(places, corners)
     with pytest.raises(ValueError, match="mesh: expected four-node elements, found ten-node"):
         quadratic(quadratic(cube))
     path = tmp_path / "surface.vtu"
-    meshio.write(path, meshio.Mesh(cube.nodes_m, [("triangle", cube.surface_triangles())]))
-    with pytest.raises(ValueError, match=r"surface.vtu: cells: expected tetrahedra of one kind"):
-        read_solid(path)
-    data = meshio.Mesh(cube.nodes_m, [("tetra", _with_flat(cube.tetrahedra))])
-    meshio.write(path, data)
-    with pytest.raises(ValueError, match=r"surface.vtu: tetrahedra: expected volumes"):
-        read_solid(path)
-    path.write_text("something else")
-    with pytest.raises(ValueError, match=r"surface.vtu: file: expected a VTU mesh, found none"):
-        read_solid(path)
-
-
-def _with_flat(elements):
-    return np.insert(elements, 1, elements[0, [0, 1, 2, 2]], axis=0)
+    for cells, line in (
+        (("triangle", cube.surface_triangles()), "cells: expected tetrahedra of one kind"),
+        (("tetra", flat), "tetrahedra: expected volumes"),
+        (None, "file: expected a VTU mesh, found none"),
+    ):
+        if cells:
+            meshio.write(path, meshio.Mesh(nodes, [cells]))
+        else:
+            path.write_text("something else")
+        with pytest.raises(ValueError, match=f"surface.vtu: {line}"):
+            read_solid(path)
 
 
 @pytest.mark.parametrize("order", [1, 2])

@@ -45,24 +45,20 @@ def test_a_touchs_forces_and_blocks_are_slopes(coarse, order):
     assert slope == pytest.approx((forces(x) * step).sum(), rel=1e-5)
     moved = (forces(x + step) - forces(x - step)) / 2
     for positive, stick in ((False, 0.0), (True, 0.0), (False, 3e3)):
-        touched, blocks = obstacle.touch_blocks(
-            touch(x), surface, positive=positive, stick_per_m=stick
-        )
+        given = {"positive": positive, "stick_per_m": stick}
+        touched, blocks = obstacle.touch_blocks(touch(x), surface, **given)
         found = np.zeros_like(x)
         for face, block in zip(faces[touched], blocks, strict=True):
             found[face] += np.einsum("ijab,jb->ia", block, step[face])
-        expected = moved
         hits, flat = touch(x), np.zeros_like(x)
         # What turns with the sphere's surface, or is held beside it.
-        across = (
-            np.where(positive, obstacle.PENALTY_PER_M * hits.depth_m * hits.curvature, 0.0) + stick
-        )
+        across = positive * obstacle.PENALTY_PER_M * hits.depth_m * hits.curvature + stick
         shift = surface.places(step)[hits.points]
         shift -= (shift * hits.normals).sum(axis=1, keepdims=True) * hits.normals
         pull = (across * surface.areas_m2[hits.points])[:, None] * shift
         for face, inside, part in zip(*hits.points, pull, strict=True):
             flat[faces[face]] += np.outer(surface.shapes[inside], part)
-        assert found == pytest.approx(expected + flat, abs=1e-5 * np.abs(moved).max())
+        assert found == pytest.approx(moved + flat, abs=1e-5 * np.abs(moved).max())
 
 
 def test_thickness_along_a_line(fine):

@@ -27,10 +27,10 @@ def flat_points(mesh):
     return np.einsum("mk,mka->ma", weights, mesh.triangles)
 
 
-def spokes_of(ball):
+def spokes_of(ball, more_nodes=(), more=()):
     """Four-node elements from the facets of a ball to its centre."""
     spokes = np.column_stack([ball.faces, np.full(len(ball.faces), len(ball.vertices))])
-    return solid_mesh(np.vstack([ball.vertices, np.zeros(3)]), spokes)
+    return solid_mesh(np.vstack([ball.vertices, np.zeros(3), *more_nodes]), [*spokes, *more])
 
 
 def spoked_ball(level):
@@ -43,16 +43,14 @@ def test_sphere_s_facets_come_near_it_with_the_fourth_power_and_a_box_keeps_its_
     errors = []
     for level in (2, 3, 4):
         ball = trimesh.creation.icosphere(level, radius=0.06)
-        smooth = smooth_of(ball)
-        radius = np.linalg.norm(smooth.nearest(flat_points(ball)), axis=1)
+        radius = np.linalg.norm(smooth_of(ball).nearest(flat_points(ball)), axis=1)
         errors.append(np.abs(radius - 0.06).max())
     order = np.polyfit(np.arange(3), -np.log2(errors), 1)[0]
     assert order > 3.5
     assert errors[0] < 1e-4
     box = trimesh.creation.box((0.1, 0.2, 0.05)).subdivide()
     points = flat_points(box)
-    found = smooth_of(box).nearest(points)
-    assert np.abs(found - points).max() < 1e-7
+    assert np.abs(smooth_of(box).nearest(points) - points).max() < 1e-7
 
 
 def test_refined_ball_comes_nearer_to_its_sphere():
@@ -69,16 +67,10 @@ def test_refined_ball_comes_nearer_to_its_sphere():
 
 def test_an_element_that_the_surface_would_flatten_is_moved_less():
     ball = trimesh.creation.icosphere(2, radius=0.06)
-    count = len(ball.vertices)
-    spokes = np.column_stack([ball.faces, np.full(len(ball.faces), count)])
     # A low roof over two facets, which the smooth sphere would all but flatten.
     (a, b), (left, right) = ball.face_adjacency_edges[0], ball.face_adjacency_unshared[0]
-    middle = ball.vertices[[a, b]].mean(axis=0)
-    over = middle * 1.12
-    nodes = np.vstack([ball.vertices, np.zeros(3), over])
-    sliver = [[a, left, b, count + 1], [a, right, b, count + 1]]
-    solid = solid_mesh(nodes, np.vstack([spokes, sliver]))
-    assert len(solid.tetrahedra) == len(spokes) + 2
+    over, new = ball.vertices[[a, b]].mean(axis=0) * 1.12, len(ball.vertices) + 1
+    solid = spokes_of(ball, [over], [[a, left, b, new], [a, right, b, new]])
     bent = bent_to(solid, smooth_of(ball))
     before, after = (element_volumes(m.nodes_m, m.tetrahedra) for m in (solid, bent))
     assert (after / before).min() >= LEAST_VOLUME
@@ -114,9 +106,8 @@ def test_a_solid_that_curving_would_fold_is_refused():
     # Flat under one facet, while the sphere rises over it.
     apex = facet.mean(axis=0) * (1 - 2e-4)
     flat = quadratic(solid_mesh(np.vstack([facet, apex]), np.arange(4)[None]))
-    smooth = smooth_of(ball)
     with pytest.raises(ValueError, match="expected at most 0.05 of the outer edges off"):
-        curved_to(flat, smooth)
+        curved_to(flat, smooth_of(ball))
 
 
 def test_what_folds_far_from_the_press_stays_as_it_is():
@@ -149,13 +140,10 @@ def test_what_folds_far_from_the_press_stays_as_it_is():
 
 def test_few_edges_off_the_surface_stay_straight():
     mesh, ball = spoked_ball(3)
-    nodes = mesh.nodes_m.copy()
-    low = mesh.surface_faces()[0, 0]
+    nodes, low = mesh.nodes_m.copy(), mesh.surface_faces()[0, 0]
     nodes[low] *= 0.99
-    smooth = smooth_of(ball)
-    corners = SolidMesh(nodes[: len(ball.vertices) + 1], mesh.corners)
-    dented = quadratic(corners)
-    curved = curved_to(dented, smooth)
+    dented = quadratic(SolidMesh(nodes[: len(ball.vertices) + 1], mesh.corners))
+    curved = curved_to(dented, smooth_of(ball))
     moved = np.linalg.norm(curved.nodes_m - dented.nodes_m, axis=1) > 1e-6
     faces = dented.surface_faces()
     sides = faces[:, :3][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
@@ -168,10 +156,8 @@ def test_few_edges_off_the_surface_stay_straight():
 def test_a_table_touches_a_curved_ball_at_its_lowest_point():
     # Turned, so that a facet and not a corner is the lowest.
     ball = trimesh.creation.icosphere(2, radius=0.06)
-    turn = trimesh.geometry.align_vectors(ball.face_normals[0], -UP)
-    ball.apply_transform(turn)
-    mesh = quadratic(spokes_of(ball))
-    smooth = smooth_of(ball)
+    ball.apply_transform(trimesh.geometry.align_vectors(ball.face_normals[0], -UP))
+    mesh, smooth = quadratic(spokes_of(ball)), smooth_of(ball)
     support = Support(-0.06 * UP, UP, 1e-3)
     lowest = [
         standing_table(one, support, 0.06 * UP, reach_m=0.002).point_m[2]

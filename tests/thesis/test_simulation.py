@@ -1,4 +1,4 @@
-"""The simulated block: its frames, the tracker on them, and its tables."""
+"""The simulated block: the linear method, its frames, the tracker on them, and its tables."""
 
 from dataclasses import replace
 
@@ -7,23 +7,22 @@ import pandas as pd
 import pytest
 from floor import floor
 from thesis.chapter3 import simulation_figures, simulation_tables
+from thesis.minimise.linear import LinearSystem, linear_method
 from thesis.minimise.objective import Objective
 from thesis.minimise.options import Minimise
 from thesis.minimise.problem import pose_simulation
 from thesis.minimise.search import minimise_error
 from thesis.options import Simulation
-from thesis.tracker.simulation import (
-    lattice,
-    read_steps,
-    surface_of,
-    surface_points,
-    track_steps,
-)
+from thesis.tracker.simulation import lattice, read_steps, surface_of, surface_points, track_steps
 from virtual_lab.block import load_block
 
+# Section 3.3.2: the study's simulated block.
 LAM, MU, YOUNG = 80685.0, 8965.0, 25998.5
 TRUTH = {"lambda_pa": LAM, "mu_pa": MU}
 SUPPORT = floor(1e-6)
+STARTS = [(1e3, 1e3), (1e4, 5e4), (5e4, 1e4), (2e5, 2e4), (1e6, 1e6)]
+LIMITS = {"iterations": 500, "tolerance": 1e-9}
+NONE = np.array([], dtype=int)
 # Section 3.3.4: E of the study's lambda 85252, mu 9472 over the true one.
 PUBLISHED_ERROR = 0.0566
 
@@ -40,6 +39,12 @@ def written(root, tmp_path_factory):
 @pytest.fixture(scope="module")
 def steps(written):
     return read_steps(written)
+
+
+@pytest.fixture(scope="module")
+def exact(steps):
+    """Problem of the last step."""
+    return pose_simulation(steps, SUPPORT)
 
 
 @pytest.fixture(scope="module")
@@ -150,14 +155,13 @@ def test_simulation_table(root):
     assert unknown["youngs_modulus_ratio"].isna().all()
 
 
-def test_noise_spares_the_forces_and_biases_their_term(steps):
+def test_noise_spares_the_forces_and_biases_their_term(steps, exact):
     """As it does the linear method; the displacement alone stays within a few percent."""
-    problem = pose_simulation(steps, SUPPORT)
-    noisy = simulation_tables.with_noise(problem, 1e-3, np.random.default_rng(1))
-    gap = noisy.displacement_m - problem.displacement_m
+    noisy = simulation_tables.with_noise(exact, 1e-3, np.random.default_rng(1))
+    gap = noisy.displacement_m - exact.displacement_m
     assert np.nanstd(gap) == pytest.approx(1e-3, rel=0.1)
-    assert noisy.force_n is problem.force_n
-    noisy = simulation_tables.with_noise(problem, 3e-4, np.random.default_rng(3))
+    assert noisy.force_n is exact.force_n
+    noisy = simulation_tables.with_noise(exact, 3e-4, np.random.default_rng(3))
     found = simulation_tables.every_method(
         noisy, steps.triangle, linear=Simulation().linear, search=Minimise()
     )
@@ -166,3 +170,43 @@ def test_noise_spares_the_forces_and_biases_their_term(steps):
     assert part["linear_method"] < 0.4
     assert part["minimise_force_displacement"] < 0.7
     assert part["minimise_displacement"] == pytest.approx(1, abs=0.2)
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_exact_data_give_the_moduli_from_every_start(exact, start):
+    found = linear_method(exact, start=start, **LIMITS)
+    assert found.converged
+    assert (found.lame_lambda_pa, found.lame_mu_pa) == pytest.approx((LAM, MU), rel=1e-6)
+    assert found.poisson_ratio == pytest.approx(0.45, abs=1e-6)
+    residuals = [step["residual_n"] for step in found.trace]
+    assert all(np.diff(residuals) < 1e-9), "each half of an iteration can only lower it"
+
+
+def test_unknown_displacements_and_support_forces_are_filled_in(exact, steps):
+    u, f = LinearSystem(exact).fill_in(LAM, MU)
+    assert np.abs(u - steps.displacement_m[-1]).max() < 1e-9
+    given, sets = exact.force_n, exact.sets
+    assert f[sets.support].sum(axis=0) == pytest.approx(-given.sum(axis=0), abs=1e-6)
+    assert np.array_equal(f[sets.contact], given[sets.contact])
+
+
+def test_what_the_linear_method_refuses(exact):
+    u, f = exact.displacement_m.copy(), exact.force_n.copy()
+    u[exact.sets.free[0]] = f[exact.sets.contact[0], 2] = np.nan
+    cases = [
+        ({"sets": replace(exact.sets, **{name: NONE})}, f"{name}: expected at least")
+        for name in ("interior", "support", "contact")
+    ]
+    cases += [
+        ({"displacement_m": u}, "displacement: expected numbers at contact and free"),
+        ({"force_n": f}, "force: expected numbers at all nodes, found NaN"),
+        ({"force_n": 0 * exact.force_n}, "force: expected a load on the contact"),
+    ]
+    for change, line in cases:
+        with pytest.raises(ValueError, match=line):
+            LinearSystem(replace(exact, **change))
+    for start in ((1e4, 0.0), (np.nan, 1e4)):
+        with pytest.raises(ValueError, match="start: expected positive lambda and mu, found"):
+            linear_method(exact, start=start, **LIMITS)
+    found = linear_method(exact, start=STARTS[0], iterations=3, tolerance=1e-9)
+    assert (found.converged, found.iterations) == (False, 3)
