@@ -78,7 +78,7 @@ def figure_1_1(inputs: Any, params: Any) -> Figure:
         axes.add_patch(Rectangle(*lane, fc=colour, alpha=0.09))
         axes.text(start + width / 2, -0.22, title, weight="bold", fontsize=NAME_PT, **CENTRED)
     places = _places(rules)
-    for start, stop in direct_edges(reads):
+    for start, stop in sorted(direct_edges(reads)):
         _arrow(axes, places[start], places[stop])
     for rule in rules:
         taken = {file for other in rules for file in other["reads"].get(rule["rule"], ())}
