@@ -65,8 +65,7 @@ def test_thickness_along_a_line(fine):
     """Of a cube, and of two plates 10 and 20 mm thick, with 30 mm between them."""
     top, slanted = np.array([0.052, 0.053, 0.1]), np.array([0.6, 0, -0.8])
     assert obstacle.thickness_m(fine, top, DOWN) == pytest.approx(0.1)
-    # Out at the side, 48 mm on.
-    assert obstacle.thickness_m(fine, top, slanted) == pytest.approx(0.048 / 0.6)
+    assert obstacle.thickness_m(fine, top, slanted) == pytest.approx(0.048 / 0.6)  # at the side
     assert obstacle.thickness_m(fine, top - 0.01 * slanted, slanted) == pytest.approx(0.048 / 0.6)
     mesh = MeshTet().refined(1)
     unit = mesh.p.T
