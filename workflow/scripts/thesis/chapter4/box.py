@@ -111,10 +111,7 @@ def _plan(flat_m: NDArray) -> tuple[NDArray, NDArray]:
 
 
 def _laid(cells_m: NDArray, drawn: NDArray, size_m: NDArray) -> tuple[NDArray, float]:
-    """Middle and angle (3,) [m, rad] of the rectangle that fits the drawn cells best.
-
-    The last value is the part of the rectangle's area by which the two differ.
-    """
+    """Middle and angle (3,) [m, rad] of the rectangle on drawn cells, and the part it misses."""
 
     def distance(place: NDArray) -> NDArray:
         return outline_distance((cells_m - place[:2]) @ _turn(place[2]).T, size_m)

@@ -121,13 +121,7 @@ def make_loading_test(inputs: Any, params: Any) -> dict:
 
 
 def _loading_frames(poses: pd.DataFrame, force_n: NDArray, onset_force_n: float) -> pd.DataFrame:
-    """Force and displacement at each frame, the displacement from the first contact on.
-
-    Raises
-    ------
-    ValueError
-        If the force does not rise from below to above that of the first contact.
-    """
+    """Force and displacement at each frame, the displacement from the first contact on."""
     depth_m = depth_along(poses)[0]
     if force_n.max() <= onset_force_n or force_n[0] > onset_force_n:
         raise ValueError(

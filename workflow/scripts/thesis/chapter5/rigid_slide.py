@@ -87,10 +87,8 @@ def _cases(
 
 
 def _added_places(recorded: Recorded) -> tuple[NDArray, NDArray]:
-    """Points of the template that no camera sees and no indentation reaches, and their normals.
-
-    As close as a cloud's: the template's own vertices would lock it at multiples of its edges.
-    """
+    """Points of the template that no camera sees and no indentation reaches, and their normals."""
+    # As close as a cloud's: the template's own vertices would lock it at multiples of its edges.
     alignment = recorded.alignment
     template = refine_template(
         recorded.template, alignment.contact_point_m, radius_m=WHOLE_M, edge_m=SPACING_M

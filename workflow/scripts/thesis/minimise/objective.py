@@ -239,10 +239,8 @@ class Objective:
         return Term(nodes, 1 / len(self.compared), -1, modes, factors, self.u[nodes])
 
     def _force_term(self) -> Term:
-        """Contact and free surface: interior forces vanish, and those of the support don't count.
-
-        Interior nodes follow the tracked surface (Eq. 3.30), whatever E.
-        """
+        """Contact and free surface: interior forces vanish; those of the support don't count."""
+        # Interior nodes follow the tracked surface (Eq. 3.30), whatever E.
         known, inside = self._tracked(), dofs(self.sets.interior)
         model = self._once("surface", lambda: self._interior_model(known, inside), known)
         modes = np.zeros((known.size, len(model.poles)))

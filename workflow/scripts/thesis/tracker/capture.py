@@ -120,21 +120,16 @@ class AddedPoints:
         return Frame(points, normals, len(cloud[0]), owners)
 
     def _against_the_press(self, normal: NDArray) -> NDArray:
-        """Direction from the deepest tip back to the first in contact.
-
-        Where the press is too short to have a direction, the surface's normal at the contact.
-        """
+        """Direction from the deepest tip to the first in contact, or the surface's normal there."""
         tips = self.recorded.tips_m
         way = tips[self.recorded.alignment.contact_frame] - tips[np.argmax(self.depths_m)]
         length = np.linalg.norm(way)
         return way / length if length > SHORT_PRESS_M else normal / np.linalg.norm(normal)
 
     def _turned(self, cloud: tuple[NDArray, NDArray]) -> tuple[NDArray, NDArray]:
-        """Copies about the normal of the support, through the middle of the object.
-
-        A body of revolution has its centroid above the middle of its support, and it is known
-        better than that of a few vertices of the support.
-        """
+        """Copies about the normal of the support, through the middle of the object."""
+        # A body of revolution has its centroid above the middle of its support, and it is known
+        # better than that of a few vertices of the support.
         recorded = self.recorded
         pose = recorded.alignment.camera_from_object
         axis = pose[:3, :3] @ recorded.support.up

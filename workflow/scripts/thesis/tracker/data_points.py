@@ -132,11 +132,9 @@ class DataPoints:
         return own[near], place[near]
 
     def _means(self, nearest: NDArray, reach_m: NDArray) -> tuple[NDArray, NDArray]:
-        """Data points at the mean height of those around, unless they lie on an edge.
-
-        On a curved surface points lie below the tangent plane as far as their own tangent planes
-        lie above it: the mean of both heights is right to second order.
-        """
+        """Data points at the mean height of those around, unless they lie on an edge."""
+        # On a curved surface points lie below the tangent plane as far as their own lie above
+        # it: the mean of both heights is right to second order.
         frame = self.frame
         count = min(MEAN_OF, len(frame.points_m))
         distance, around = self.tree.query(frame.points_m[nearest], k=[*range(1, count + 1)])

@@ -183,10 +183,8 @@ def _normals(corners: NDArray) -> tuple[NDArray, NDArray]:
 
 
 def _apart(adjacent: sparse.csr_matrix, gone: NDArray, size: int) -> NDArray:
-    """Vertices that come before all others that are neighbours or have a neighbour with them.
-
-    The surroundings of such vertices change independently, those of the kept ones too.
-    """
+    """Vertices before all others that are neighbours, or have a neighbour with them."""
+    # The surroundings of such vertices change independently, those of the kept ones too.
     claimed = (adjacent + sparse.eye(size, dtype=np.int32, format="csr"))[gone]
     rank = np.repeat(np.arange(len(gone)), np.diff(claimed.indptr))
     first = np.full(size, len(gone))
