@@ -112,6 +112,7 @@ def tracked(block, root, probe):
     write_poses(block / CAPTURE, RECORD)
     kinect = load_yaml(root / "tests/sample/sensors/kinect.yaml")
     kinect["base"] = {"name": "base", "camera_from_base": np.eye(4).tolist()}
+    del kinect["marker"]
     probe = {key: value for key, value in probe.items() if key != "marker"} | {"tracked": "tool0"}
     return block, {"kinect": kinect}, {probe["probe"]: probe}
 

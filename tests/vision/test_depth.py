@@ -202,8 +202,7 @@ def coloured_pair(highlight_px):
     for disparity, at in ((0, 340), (100, 340 - highlight_px)):
         bright = 90 * np.exp(-((x - at) ** 2 + (y - 100) ** 2) / (2 * 14.0**2))
         image = np.roll(base, -disparity, axis=1) + bright[..., None]
-        # Two cameras' colours differ by something everywhere.
-        image += rng.normal(0, 0.8, image.shape) + [6 * (disparity > 0), 0, 0]
+        image += rng.normal(0, 0.8, image.shape)
         pair.append(np.clip(image, 0, 255).round().astype(np.uint8))
     return pair
 
