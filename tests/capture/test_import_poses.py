@@ -262,12 +262,17 @@ def test_files_begun_by_the_command_are_filled_in_by_the_imports(film, tmp_path,
     empty = robot(tmp_path / "empty", film, [("/tf_static", 0.0, STATIC)])
     press = robot(tmp_path / "press", film, stated())
     assert main(["new", "block", "--sensor", "arm_cam", "--board", "none"]) == 0
+    sensor = tmp_path / "config/sensors/arm_cam.yaml"
+    begun = sensor.read_text()
+    sensor.write_text("3")
+    assert main(["import", str(empty), "raw/block/arm_cam", "--background"]) == 1
+    sensor.write_text(begun)
     assert main(["import", str(empty), "raw/block/arm_cam", "--background"]) == 0
     probe = tmp_path / "config/probes/probe.yaml"
     assert main(["import", str(press), "raw/block/arm_cam/01"]) == 1
     probe.write_text(probe.read_text().replace("tracked: FILL_IN", "tracked: tool"))
     assert main(["import", str(press), "raw/block/arm_cam/01"]) == 0
-    spec = yaml.safe_load((tmp_path / "config/sensors/arm_cam.yaml").read_text())
+    spec = yaml.safe_load(sensor.read_text())
     assert spec["color"]["encoding"] == "rgb8" and spec["base"]["name"] == "base"
     np.testing.assert_allclose(
         spec["base"]["camera_from_base"], CAMERA.inv().as_matrix(), atol=1e-8

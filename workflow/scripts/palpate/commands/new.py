@@ -38,8 +38,13 @@ OFFERED = {
     "sensor": (("clock_offset_std_s",),),
     "probe": (("stiffness_n_m",), ("load",), ("gauge",)),
 }
-# What a depth image of each kind of sensor holds.
-ENCODINGS = {"depth": None, "structured_light": "kinect_disparity", "stereo": None, "cloud": None}
+# Encodings of each kind of sensor; an import fills them in.
+ENCODINGS = {
+    "depth": {"color": {"encoding": FILL_IN}, "depth": {"encoding": FILL_IN}},
+    "structured_light": {"depth": {"encoding": "kinect_disparity"}},
+    "stereo": {},
+    "cloud": {},
+}
 NO_BOARD = "none"
 BOARDS = ("checkerboard", "charuco", "aprilgrid", NO_BOARD)
 
@@ -64,10 +69,7 @@ def _new(options: argparse.Namespace) -> None:
     sensors, probes = (
         found_folder(name, getattr(options, name), folder) or PLACES[name] for name in PLACES
     )
-    encoding = ENCODINGS[options.kind]
-    depth = {"depth": {"encoding": encoding}} if encoding else {}
-    if options.kind == "depth":  # an import fills them in
-        depth = {"color": {"encoding": FILL_IN}, "depth": {"encoding": FILL_IN}}
+    stored = deepcopy(ENCODINGS[options.kind])
     camera, probe = {"marker": {}}, {"marker": {}, "exclusion": {"board_radius_m": FILL_IN}}
     if options.board == NO_BOARD or options.kind == "cloud":
         camera, probe = {"base": {"name": FILL_IN}}, {"tracked": FILL_IN}
@@ -75,7 +77,10 @@ def _new(options: argparse.Namespace) -> None:
         probe["marker"]["kind"] = options.board
     template = {"template": {"file": "template.ply"}}
     files = [
-        (sensors / f"{sensor}.yaml", {"sensor": sensor, "kind": options.kind, **depth, **camera}),
+        (
+            sensors / f"{sensor}.yaml",
+            {"sensor": sensor, "kind": options.kind, **stored, **camera},
+        ),
         (probes / f"{options.probe}.yaml", {"probe": options.probe, **probe}),
         (path, {"object": options.object, "probe": options.probe, **template}),
     ]

@@ -157,7 +157,8 @@ def sensor_of(request: Request, content: Content, rate_hz: float) -> tuple[dict,
     path, spec, written = request.sensor_file, _stated(request, content, rate_hz), None
     if path.exists():
         written = load_yaml(path)
-        known = {name: value for name, value in spec.items() if name in (written or ())}
+        names = written if isinstance(written, Mapping) else ()
+        known = {name: value for name, value in spec.items() if name in names}
         spec = SensorSpec.plain(_filled_in(written, known))
     elif content.cameras is None:
         expected = "a sensor file, or optics in the recording (camera_info, --intrinsics)"

@@ -96,18 +96,18 @@ def import_recording(
         if poses:
             covered += [*poses.notes, *placed_so]
             write_poses(part, poses.record)
-        about_sensor = not is_capture(request.folder)
-        if block and "base" not in sensor and not about_sensor:
+        captured = is_capture(request.folder)
+        if block and "base" not in sensor and captured:
             offered = yaml.safe_dump(block, default_flow_style=True, width=np.inf).strip()
             raise mismatch(f"{request.sensor_file}: base", f"where it is, like {offered}", "none")
         frames, left = _write(part, recording, content, frames, sensor)
         if table is not None:
             write_force(part, table)
-        if table is not None and not (poses and about_sensor):
+        if table is not None and (captured or not poses):
             problems = check_capture(part, sensor)
         else:
             problems = check_images(part, sensor, fewest=FEWEST_BACKGROUND_FRAMES)
-        if poses and about_sensor:  # whatever the base is
+        if poses and not captured:  # whatever the base is
             problems += check_tracked(part, has_force=table is not None)
         if problems:
             raise ValueError(problems[0].replace(str(part), str(request.folder)))
