@@ -29,7 +29,10 @@ for entry in in_run(RUN):
 # Drawn objects: make validation.
 rule validation:
     input:
-        [RUN.results("{object}/{sensor}/direct.json".format(**one)) for one in RUN.groups()],
+        [
+            RUN.results("{object}/{sensor}/direct.json".format(**one))
+            for one in RUN.groups()
+        ],
     message:
         "All captures are recorded and estimated"
 
