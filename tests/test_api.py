@@ -15,8 +15,12 @@ import pytest
 from capture.instruments import PLAIN
 from palpate.__main__ import main
 
-MODULES = ("hertz", "direct")
-FUNCTIONS = {"hertz": ("fit", "fit_shape", "read_curve", "HertzFit"), "direct": ("estimate",)}
+MODULES = ("hertz", "direct", "plan")
+FUNCTIONS = {
+    "hertz": ("fit", "fit_shape", "read_curve", "HertzFit"),
+    "direct": ("estimate",),
+    "plan": ("Planned",),
+}
 
 
 def things():
@@ -31,7 +35,7 @@ def things():
 def examples():
     """Names with an example; those that press or track a solid take a quarter of a minute each."""
     long = {"direct.estimate", "hertz.fit_shape", "indentation_model", "indentation_table", "track"}
-    long |= {"Measurement", "solid_of"}
+    long |= {"Measurement", "plan.Planned", "solid_of"}
     for name in sorted(set(things()) - {"hertz.HertzFit"}):
         yield pytest.param(name, marks=pytest.mark.long) if name in long else name
 

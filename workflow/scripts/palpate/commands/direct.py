@@ -1,7 +1,6 @@
 """The command ``palpate direct``: E and nu of captures."""
 
 import argparse
-import hashlib
 import json
 import os
 import sys
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.capture.capture import Capture, open_capture
 from palpate.capture.check import check_twice
-from palpate.capture.devices import CONFIG, add_devices
+from palpate.capture.devices import add_devices
 from palpate.capture.discover import sensor_folders
 from palpate.capture.files import whole_file
 from palpate.capture.tables import FRAMES
@@ -33,8 +32,7 @@ of one sensor together. Configuration, optics, solid and indentation tables are 
 project's folder above, and a table that is made now is kept where a run keeps it.
 """
 EXAMPLE = "palpate direct raw/sponge --fast"
-# Of --fast: a table in a tenth of the time, and what it may be off by.
-FAST = {"poisson_ratios": (0.0, 0.3, 0.49), "step_m": 0.003, "edge_m": 0.004}
+# Of --fast: what its table may be off by.
 FAST_STD = {"log_youngs_modulus": 0.05, "nu": 0.03}
 FAST_NOTE = "coarse indentation table (--fast): 5 % of E and 0.03 of nu are allowed for it"
 
@@ -194,56 +192,16 @@ class _Steps:
 
     def _table(self, one: "Measurement", project: Project) -> "IndentationModel":
         """Indentation table of a pressed point: kept, or made and kept."""
-        from palpate.measurement import indentation_table, solid_of
-        from palpate.solid.indentation_table import load_indentation, save_indentation
+        from palpate.commands.tables import TablePoint
 
-        options, name, point = self.options, one.capture.declared["object"], one.capture.point
-        model = one.config.direct.model
-        model = model.changed(**FAST) if options.fast else model
-        solid = project.solid(name)
-        folder = options.tables or project.results(name)
-        own = folder and folder / _table_name(one, model, solid)
-        of_run = folder and folder / f"indentation-{point}.npz"
+        capture, options = one.capture, self.options
+        of_object = capture.folder.parents[1], capture.declared, capture.template
+        of_point = capture.point, capture.radius_m, one.config.direct.model
+        point = TablePoint(*of_object, one.template, one.support, *of_point)
         changed = options.fast or options.config or options.tables
-        kept = [own] if changed or not _is_new(of_run, one, project) else [own, of_run]
-        kept = [of_run, own] if options.tables else kept
-        for path in kept:
-            if path and path.is_file():
-                self.begin(f"indentation table of point {point}: {os.path.relpath(path)}")
-                return load_indentation(path)
-        where = f", kept in {os.path.relpath(own)}" if own else ""
-        self.begin(f"indentation table of point {point}: made now, a minute or more{where}")
-        table = indentation_table(one, solid_of(one, solid), model)
-        if own:
-            save_indentation(own, table)
-        return table
-
-
-def _is_new(table: Path | None, one: "Measurement", project: Project) -> bool:
-    """Whether a run would keep its table: what it is made of is older."""
-    if table is None or not table.is_file():
-        return False
-    sources = [one.capture.folder.parents[1] / OBJECT, one.capture.template]
-    sources += [project.folder / CONFIG, *_code_of_tables()]
-    return all(table.stat().st_mtime >= source.stat().st_mtime for source in sources)
-
-
-def _code_of_tables() -> list[Path]:
-    """Modules that make a table."""
-    from palpate import solid
-
-    return sorted(Path(solid.__file__).parent.glob("*.py"))
-
-
-def _table_name(one: "Measurement", model: Any, solid: Path | None) -> str:
-    """Name of a table that says all that it is made of, the code too: any change makes another."""
-    declared, point = one.capture.declared, one.capture.point
-    of_object = {name: declared.get(name) for name in ("template", "support", "deepest_m")}
-    made_of = [of_object, declared["points"][point], one.capture.radius_m, model.written()]
-    digest = hashlib.sha256(json.dumps(made_of, sort_keys=True).encode())
-    for path in filter(None, (one.capture.template, solid, *_code_of_tables())):
-        digest.update(path.read_bytes())
-    return f"indentation-{point}-{digest.hexdigest()[:8]}.npz"
+        return point.table(
+            project, self.begin, fast=options.fast, changed=changed, own=options.tables
+        )
 
 
 def _fit(fit: Any, options: argparse.Namespace) -> Any:

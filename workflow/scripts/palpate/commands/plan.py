@@ -1,0 +1,211 @@
+"""The command ``palpate plan``: what a rig can determine of an object, before it is recorded."""
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator, Mapping
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from palpate.capture.devices import add_devices, device_folder, read_device
+from palpate.capture.files import whole_file
+from palpate.commands.help import add_verb, check_figure
+from palpate.commands.project import Project
+from palpate.config.model import Model, problems
+from palpate.config.object import ObjectSpec
+from palpate.modulus import VERDICTS
+from palpate.units import MILLIMETRES, PERCENT
+from palpate.yaml_files import load_yaml
+
+if TYPE_CHECKING:
+    from palpate.plan import Forecast, Noise, Planned, Protocol
+
+ABOUT = """\
+Say how narrow the intervals of E* and E and of Poisson's ratio are going to be, before anything is
+recorded: for a protocol and for others that differ in one thing, from the indentation table of a
+point, the rig's noise and a guess of E. The table is made once and kept.
+"""
+EXAMPLE = "palpate plan raw/sponge --sensor d435 --modulus-kpa 30"
+# Of the maximum depth that the table has.
+USUAL_PART, USUAL_RATE_HZ = 0.8, 30.0
+SHOWN = ("effective_reduced_modulus_pa", "reduced_modulus_pa", "youngs_modulus_pa")
+NU, E = "poisson_ratio", "youngs_modulus_pa"
+HEADINGS = ("protocol", "effective E*", "E*", "E", "nu", "nu is", "E is limited by")
+
+
+def _plan(options: argparse.Namespace) -> int:
+    """Table, three sentences and a figure."""
+    check_figure(options.figure)
+    _check_options(options)
+    planned = _planned(options)
+    protocol = _protocol(options, planned)
+    rows = dict(planned.varied(protocol))
+    if options.figure:
+        from palpate.report.plan_figure import plan_figure
+
+        with whole_file(options.figure) as part:
+            plan_figure(rows).savefig(part)
+    if options.json:
+        print(
+            json.dumps([{"protocol": text} | one.to_dict() for text, one in rows.items()], indent=2)
+        )
+        return 0
+    print("\n".join([*_table(rows), "", *_sentences(rows, planned.noise)]))
+    return 0
+
+
+def _check_options(options: argparse.Namespace) -> None:
+    names = "modulus_kpa", "depth_mm", "frame_rate_hz", "distance_mm", "surface_noise_mm"
+    for name in (*names, "tip_noise_mm", "force_noise_n", "captures", "points"):
+        value, shown = getattr(options, name), f"--{name.replace('_', '-')}"
+        if value is not None and not 0 < value < inf:
+            raise ValueError(f"{shown}: expected a number above 0, found {value:g}")
+    if not 0 <= options.nu < 0.5:
+        raise ValueError(f"--nu: expected from 0 to below 0.5, found {options.nu:g}")
+
+
+def _planned(options: argparse.Namespace) -> "Planned":
+    """What files say of object, sensor and probe, with the table of the point."""
+    from palpate.commands.tables import TablePoint
+    from palpate.plan import Noise, Planned
+    from palpate.solid.support import read_support
+    from palpate.surface.template import read_template
+
+    folder = options.folder
+    declared = _read(folder / "object.yaml", ObjectSpec)
+    name = options.probe or declared.get("probe")
+    if name is None:
+        raise ValueError(f"{folder}/object.yaml: probe: expected one (or --probe), found none")
+    sensor = _device("sensors", options.sensors, folder, options.sensor)
+    probe = _device("probes", options.probes, folder, name)
+    point = options.point or next(iter(declared["points"]))
+    if point not in declared["points"]:
+        expected = f"one of {', '.join(declared['points'])}"
+        raise ValueError(f"--point: expected {expected}, found {point}")
+    project = Project.near(folder)
+    config = project.config(None)
+    path = _template(folder, declared, project)
+    template = read_template(path, unit=declared["template"]["unit"])
+    of_object = folder, declared, path, template, read_support(declared["support"])
+    of_point = point, probe["indenter"]["radius_m"], config.direct.model
+    table = TablePoint(*of_object, *of_point).table(project, _begin, fast=True)
+    noise = Noise.expected(sensor, probe, options.distance_mm / MILLIMETRES)
+    given = {
+        "tip_m": options.tip_noise_mm and options.tip_noise_mm / MILLIMETRES,
+        "surface_m": options.surface_noise_mm and options.surface_noise_mm / MILLIMETRES,
+        "force_n": options.force_noise_n,
+    }
+    noise = Noise(**vars(noise) | {name: one for name, one in given.items() if one})
+    rig, guess = (sensor, probe, noise), (options.modulus_kpa * 1e3, options.nu)
+    fit, observation = config.direct.fit, config.direct.observation
+    return Planned(table, *of_object[3:], *rig, *guess, options=fit, observation=observation)
+
+
+def _read(path: Path, model: type[Model]) -> Mapping:
+    """A file that its model has checked."""
+    spec = load_yaml(path)
+    if lines := problems(model, spec, str(path)):
+        raise ValueError("\n".join(lines))
+    return model.plain(spec)
+
+
+def _device(kind: str, given: Path | None, near: Path, name: str) -> Mapping:
+    """The file of a sensor or a probe."""
+    spec, lines = read_device(device_folder(kind, given, near) / f"{name}.yaml", kind)
+    if lines:
+        raise ValueError("\n".join(lines))
+    return spec
+
+
+def _template(folder: Path, declared: Mapping, project: Project) -> Path:
+    """The template's file, or the one that a run made of scans."""
+    made = project.results(declared["object"], "template.ply")
+    path = folder / declared["template"].get("file", "") or made
+    if "file" not in declared["template"] and made and made.is_file():
+        return made
+    if not path.is_file():
+        expected = "a closed surface (of scans a run makes one first)"
+        raise ValueError(f"{folder}/object.yaml: template.file: expected {expected}, found none")
+    return path
+
+
+def _begin(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def _protocol(options: argparse.Namespace, planned: "Planned") -> "Protocol":
+    """The protocol that is asked for, the camera where it stands or where it does best."""
+    from palpate.plan import Protocol
+
+    rate_hz = options.frame_rate_hz or planned.sensor.get("frame_rate_hz", USUAL_RATE_HZ)
+    depth_m = USUAL_PART * float(planned.table.depth_m[-1])
+    if options.depth_mm:
+        depth_m = options.depth_mm / MILLIMETRES
+    camera_m = np.array(options.camera_mm or (0, 0, 0), dtype=float) / MILLIMETRES
+    size = planned.table.radius_m, camera_m, options.captures, options.points
+    protocol = Protocol(depth_m, rate_hz, *size)
+    if options.camera_mm:
+        return protocol
+    return planned.best_camera(protocol, options.distance_mm / MILLIMETRES)
+
+
+def _table(rows: Mapping[str, "Forecast"]) -> Iterator[str]:
+    """Half-widths of the intervals (95 %), a line for each protocol."""
+    cells = [HEADINGS]
+    for text, one in rows.items():
+        widths = [f"+-{PERCENT * one.half_width[name]:.0f} %" for name in SHOWN]
+        nu = f"+-{one.half_width[NU]:.2f}", one.verdict[NU]
+        cells.append((text, *widths, *nu, one.limit[E]))
+    sizes = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    for row in cells:
+        yield "  ".join(cell.ljust(size) for cell, size in zip(row, sizes, strict=True)).rstrip()
+
+
+def _sentences(rows: Mapping[str, "Forecast"], noise: "Noise") -> Iterator[str]:
+    """What comes out, whether nu is determined, and what helps most."""
+    (_, planned), *others = rows.items()
+    place = ", ".join(f"{MILLIMETRES * x:.0f}" for x in planned.protocol.camera_m)
+    yield (
+        f"E to within {PERCENT * planned.half_width[E]:.0f} % (95 %), with the camera at {place} mm"
+        f" of the object's frame and a noise of {MILLIMETRES * noise.tip_m:.2g} mm of the tip,"
+        f" {noise.force_n:.2g} N of the force and {MILLIMETRES * noise.surface_m:.2g} mm of the"
+        " surface (palpate noise measures it)."
+    )
+    yield f"Poisson's ratio is {planned.verdict[NU]}: {VERDICTS[planned.verdict[NU]]}."
+    text, best = min(others, key=lambda row: row[1].half_width[E])
+    gain = f"E to within {PERCENT * best.half_width[E]:.0f} %, nu +-{best.half_width[NU]:.2f}"
+    yield f"What limits E is the {planned.limit[E]}; what helps most: {text} ({gain})."
+
+
+def add(commands: Any) -> None:
+    """Add the command to a parser's."""
+    short = "what a rig can determine, before it is recorded"
+    verb = add_verb(commands, "plan", short, _plan, about=ABOUT, example=EXAMPLE)
+    verb.add_argument("folder", type=Path, metavar="OBJECT", help="raw/<object>")
+    verb.add_argument("--sensor", required=True, help="its name in config/sensors")
+    verb.add_argument("--probe", help="its name in config/probes; else that of object.yaml")
+    verb.add_argument("--point", help="of object.yaml; else its first")
+    verb.add_argument(
+        "--modulus-kpa", type=float, required=True, help="a guess of E, within a factor of ten"
+    )
+    verb.add_argument("--nu", type=float, default=0.3, help="a guess of Poisson's ratio (0.3)")
+    verb.add_argument("--depth-mm", type=float, help="maximum depth; else 0.8 of the table's")
+    verb.add_argument("--captures", type=int, default=3, help="of each point (3)")
+    verb.add_argument("--points", type=int, default=1, help="that are indented (1)")
+    verb.add_argument("--frame-rate-hz", type=float, help="else the sensor's")
+    text = "where the camera stands in the object's frame; else the best of four sides"
+    verb.add_argument("--camera-mm", type=float, nargs=3, metavar=("X", "Y", "Z"), help=text)
+    text = "of the camera from the contact (700)"
+    verb.add_argument("--distance-mm", type=float, default=700.0, help=text)
+    for name, text in (
+        ("tip-noise-mm", "of the tip along the indentation, from frame to frame"),
+        ("surface-noise-mm", "of the displacement of a piece of surface"),
+        ("force-noise-n", "of the force at a frame"),
+    ):
+        verb.add_argument(f"--{name}", type=float, help=f"{text}; else of optics and target")
+    verb.add_argument("--figure", type=Path, help="draw the intervals (.png, .svg, .pdf)")
+    verb.add_argument("--json", action="store_true", help="for programs")
+    add_devices(verb)
