@@ -135,7 +135,7 @@ docs: .venv/installed
 pictures:
 	cp $(PICTURES:%=results/figures/%.png) docs/pictures/
 
-# What README.md, docs/results.md and docs/adding_an_object.md quote, against the last `make truth`,
+# What README.md, docs/trust.md and docs/start_here.md quote, against the last `make truth`,
 # `make results`, `make protocols` and `make own-object`.
 quoted: .venv/installed
 	$(BIN)/python tools/quoted.py

@@ -56,5 +56,5 @@ def test_a_modulus_is_identified_up_to_a_factor():
 def test_what_a_table_says_is_explained_the_best_first(root):
     rows = [Modulus(1.0, 0.5, 2.0, v, "Pa").cells("youngs_modulus_pa") for v in VERDICTS]
     assert verdicts_in(pd.DataFrame(rows[::-1])) == list(VERDICTS)
-    docs = (root / "docs/adding_an_object.md").read_text()
+    docs = (root / "docs/start_here.md").read_text()
     assert [verdict for verdict in VERDICTS if f"**{verdict}**: " not in docs] == []

@@ -24,7 +24,7 @@ from palpate.report.style import sensor_name
 from palpate.units import KILOPASCALS, MILLIMETRES
 
 ROOT = Path(__file__).resolve().parents[1]
-DOCUMENTS = ("README.md", "docs/results.md", "docs/adding_an_object.md")
+DOCUMENTS = ("README.md", "docs/trust.md", "docs/start_here.md")
 MARK = re.compile(
     r"<!-- quoted: (?P<file>\S+)(?: where (?P<column>\w+)=(?P<value>\S+))?\n"
     r"(?P<rows>(?:\|.*\n)+)-->\n+(?P<header>\|.*\n\|[-:| ]+\n)(?P<table>(?:\|.*\n?)+)"

@@ -1,4 +1,4 @@
-"""A quoted figure that its file has otherwise is found; every table of results is marked."""
+"""A quoted figure that its file has otherwise is found; every table of docs/trust.md is marked."""
 
 import re
 
@@ -83,9 +83,9 @@ def test_a_table_on_a_page_is_read_as_well(run):
     assert differences(QUOTING.replace("of.csv", "of.md"), run) == []
 
 
-def test_every_table_of_results_is_marked(root):
+def test_every_table_of_trust_is_marked(root):
     texts = {name: (root / name).read_text() for name in DOCUMENTS}
     marks = {name: len(MARK.findall(text)) for name, text in texts.items()}
     assert marks == {name: text.count("<!-- quoted:") for name, text in texts.items()}
-    tables = re.findall(r"^\|[-|]+$", texts["docs/results.md"], re.MULTILINE)
-    assert marks["docs/results.md"] == len(tables) >= 4 and marks["README.md"] == 1
+    tables = re.findall(r"^\|[-|]+$", texts["docs/trust.md"], re.MULTILINE)
+    assert marks["docs/trust.md"] == len(tables) >= 4 and marks["README.md"] == 1
