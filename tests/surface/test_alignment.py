@@ -8,7 +8,9 @@ from palpate.open3d_core import ClosestPoints
 from palpate.surface.alignment import (
     align_first,
     first_touch,
+    load_alignment,
     resting_prior,
+    save_alignment,
     thickness_along,
 )
 from palpate.surface.options import Aligning
@@ -74,13 +76,16 @@ def alignment(template, pose):
     return align_first(template, seen(block(), pose), resting, 2, Aligning())
 
 
-def test_pose_and_contact_are_found(alignment, pose):
+def test_pose_and_contact_are_found_and_come_back_from_a_file(alignment, pose, tmp_path):
     """No end of the block is seen, so along it the touched point alone decides."""
     gap = to_camera(alignment.camera_from_object, POINT) - to_camera(pose, POINT)
     assert np.abs(gap[1:]).max() < 2e-4
     assert abs(gap[0]) < 2e-3
     assert np.abs(alignment.contact_point_m - POINT)[1:].max() < 2e-4
     assert alignment.rms_m < 1e-4
+    save_alignment(tmp_path / "a.json", alignment)
+    for name, value in vars(load_alignment(tmp_path / "a.json")).items():
+        assert np.array_equal(value, getattr(alignment, name)), name
 
 
 def test_a_ball_does_not_roll_or_turn_over(pose):
@@ -100,10 +105,7 @@ def test_a_ball_does_not_roll_or_turn_over(pose):
 
 @pytest.mark.parametrize(("sign", "wedge"), [(-1, False), (1, False), (-1, True)])
 def test_of_two_equal_turns_the_press_goes_the_declared_way(pose, sign, wedge):
-    """A block is its own image turned by half: a press that leans along it tells which is meant.
-
-    A wedge seen whole stands as it is seen, whatever the way of the tip.
-    """
+    """A block is its own image turned by half: a tilted press tells which; a wedge shows itself."""
     mesh = block((lambda x: np.where(x > 0, 0.6, 1) * SIZE[2]) if wedge else None)
     points, _ = sample_surface(mesh, 12000, seed=3)
     top = np.array([0, 0, (0.8 if wedge else 1) * SIZE[2]])
@@ -171,5 +173,4 @@ def test_a_press_from_the_side_tells_where_an_unseen_end_is(pose):
     template, tips, declared = pressed(block(), pose, END, [-1, 0, 0])
     resting = rest(template, pose, declared, tips, 1, 2)
     found = align_first(template, seen(block(), pose), resting, 1, Aligning())
-    shift = (found.camera_from_object[:3, 3] - pose[:3, 3]) @ pose[:3, 0]
-    assert abs(shift) < 1e-3
+    assert abs((found.camera_from_object[:3, 3] - pose[:3, 3]) @ pose[:3, 0]) < 1e-3

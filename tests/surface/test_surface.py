@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 import pyvista as pv
 import trimesh
+from palpate.surface.options import ElasticTracking
 from palpate.surface.pose import to_camera, to_object
 from palpate.surface.series import INDEX, save_series
 from palpate.surface.sharp_edges import sharp_edge_distance
 from palpate.surface.template import Template, read_template, refine_template
-from palpate.surface.tracked import Tracked, load_tracked, save_tracked
+from palpate.surface.tracked import Tracked, describe, load_tracked, save_tracked
 from scipy.spatial.transform import Rotation
 from virtual_lab.describe import box_template
 
@@ -164,7 +165,8 @@ def test_a_series_rejects_other_frames(tmp_path, tracked):
 
 
 def test_a_surface_keeps_its_prior_and_older_files_have_none(tmp_path, tracked):
-    held = replace(tracked, prior='{"poisson_ratio": 0.3}')
+    residual = np.where(np.arange(FRAMES) == 1, np.nan, tracked.residual_m)
+    held = replace(tracked, residual_m=residual, prior='{"poisson_ratio": 0.3}')
     save_tracked(tmp_path / "new.npz", held)
     found = load_tracked(tmp_path / "new.npz")
     assert (found.prior, found.contact_frame) == (held.prior, 2)
@@ -172,3 +174,6 @@ def test_a_surface_keeps_its_prior_and_older_files_have_none(tmp_path, tracked):
     fields = {name: value for name, value in vars(tracked).items() if name != "prior"}
     np.savez_compressed(tmp_path / "old.npz", **fields)
     assert load_tracked(tmp_path / "old.npz").prior == ""
+    content = describe(held, tracker="mine", options=ElasticTracking(poisson_ratio=0.4))
+    assert (content["prior"], content["options"]["poisson_ratio"]) == ({"poisson_ratio": 0.3}, 0.4)
+    assert content["residual_rms_m"][:2] == [tracked.residual_m[0], None]

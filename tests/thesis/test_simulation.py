@@ -199,5 +199,4 @@ def test_what_the_linear_method_refuses(exact):
     for start in ((1e4, 0.0), (np.nan, 1e4)):
         with pytest.raises(ValueError, match="start: expected positive lambda and mu, found"):
             linear_method(exact, start=start, **LIMITS)
-    found = linear_method(exact, start=STARTS[0], iterations=3, tolerance=1e-9)
-    assert (found.converged, found.iterations) == (False, 3)
+    assert not linear_method(exact, start=STARTS[0], iterations=3, tolerance=1e-9).converged

@@ -80,6 +80,8 @@ def test_vertices_of_a_finer_mesh_take_over_a_linear_displacement(reach):
     inside = np.abs(vertices[:, :2] - 0.5).max(axis=1) < 0.51 - 2 * reach / 16
     known = ~inside | (16 * vertices % 2 == 0).all(axis=1)
     smoothness = Smoothness(Template(vertices, mesh.t.T), reach=reach)
+    middle = np.abs(vertices[:, :2] - 0.5).max(axis=1).argmin()
+    assert smoothness.L[[middle]].nnz == 1 + 3 * reach * (reach + 1)
     found = smoothness.fill(np.where(known[:, None], shift, 0.0), known)
     assert (~known).sum() > 40
     assert np.allclose(found, shift, atol=1e-7)

@@ -267,6 +267,11 @@ def test_presses_at_their_time_are_taken():
         check(seed, rough=2.0)
 
 
+def test_a_press_a_second_away_is_found_there():
+    with pytest.raises(ValueError, match=r"found the press about -0\.[6-9]\d s away"):
+        check(1, late_s=-0.8, shake_mm=0.8)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_quick_tap_is_told_where_its_right_time_is_likely(seed):
     """Four frames in contact; at offsets at which fewer are, nothing is told for it or against."""

@@ -5,8 +5,53 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from boards import BOARD, LEFT, RIGHT, RIGHT_FROM_LEFT, SIZE_PX, poses, seen
-from palpate.vision.board import Print
+from palpate.vision.board import Print, pixel_sizes
 from palpate.vision.calibration_problem import TERMS, Problem, vector_of
+from palpate.vision.camera import PinholeCamera
+from scipy.spatial.transform import Rotation
+
+CAMERA = PinholeCamera(1024, 768, 790.0, 760.0, 512.0, 384.0)
+
+SQUARE_M = 0.02
+
+
+@pytest.fixture
+def pose():
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_rotvec([0.4, -0.2, 0.3]).as_matrix()
+    pose[:3, 3] = [-0.03, 0.02, 0.6]
+    return pose
+
+
+def on_board(rays, pose):
+    """Where rays meet the board's plane, (n, 2) [squares]."""
+    normal = pose[:3, 2]
+    points = rays * (pose[:3, 3] @ normal / (rays @ normal))[:, None]
+    return ((points - pose[:3, 3]) @ pose[:3, :3])[:, :2] / SQUARE_M
+
+
+def parts(rays, pose):
+    """What the refinement hands on: places, their scale and the inverse homography."""
+    inverse = np.linalg.inv(pose[:3, [0, 1, 3]] * [SQUARE_M, SQUARE_M, 1])
+    u, v = on_board(rays, pose).T
+    return u, v, (rays @ inverse.T)[:, 2], inverse
+
+
+def rays_of(pixels):
+    return CAMERA.rays(np.array(pixels, dtype=float))
+
+
+PIXELS = [[450, 400], [500, 350], [530, 460]]
+
+
+def test_squares_that_a_pixel_spans(pose):
+    rays = rays_of(PIXELS)
+    found = pixel_sizes(*parts(rays, pose), CAMERA)
+    slopes = [
+        (on_board(rays_of(np.add(PIXELS, step)), pose) - on_board(rays, pose)) / 1e-4
+        for step in ([1e-4, 0], [0, 1e-4])
+    ]
+    assert np.stack(found, axis=1) == pytest.approx(np.hypot(*slopes), rel=1e-4)
 
 
 def test_a_blurred_print():

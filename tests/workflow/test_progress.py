@@ -184,6 +184,10 @@ def test_closing_gives_the_recommended_moduli_first_with_intervals_and_verdicts(
         "  from 3 captures",
     ]
     assert f"bounded: {VERDICTS['bounded']}." in lines
+    browse = f"For a browser: {ball}/report.html"
+    assert browse in lines
+    (ball / "report.html").unlink()
+    assert browse not in closing_lines(ball)
 
 
 def test_closing_of_a_recorded_object_of_ones_own(tmp_path):
