@@ -9,12 +9,7 @@ from boards import BOARD, CALTECH, LEFT, RIGHT, RIGHT_FROM_LEFT, SIZE_PX, caltec
 from palpate.vision.board import Board
 from palpate.vision.calibration import calibrate_camera
 from palpate.vision.calibration_report import camera_verdict, pair_verdict
-from palpate.vision.camera import (
-    PinholeCamera,
-    camera_from_spec,
-    rectified,
-    sensor_with_optics,
-)
+from palpate.vision.camera import PinholeCamera, camera_from_spec, rectified, sensor_with_optics
 from palpate.vision.pair_calibration import calibrate_pair
 from palpate.vision.pose import candidate_poses
 from scipy.spatial.transform import Rotation

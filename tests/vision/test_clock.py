@@ -2,13 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.vision.clock import (
-    USB_CLOCK_STD_S,
-    ClockOffset,
-    _determined,
-    _Record,
-    clock_offset,
-)
+from palpate.vision.clock import USB_CLOCK_STD_S, ClockOffset, _determined, _Record, clock_offset
 
 PRIOR_S = 0.01
 UNKNOWN = ClockOffset(0.0, PRIOR_S, PRIOR_S, determined=False)

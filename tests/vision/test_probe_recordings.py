@@ -9,11 +9,7 @@ import pytest
 import yaml
 from palpate.__main__ import main
 from palpate.capture.experiments import check_experiment
-from palpate.capture.tables import (
-    WRENCH_COLUMNS,
-    read_force,
-    write_force,
-)
+from palpate.capture.tables import WRENCH_COLUMNS, read_force, write_force
 from palpate.config.probe import asked
 from palpate.estimate.direct.options import ProbeUncertainty
 from palpate.vision.calibrated_probe import calibrated_probe
