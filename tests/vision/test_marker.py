@@ -202,6 +202,8 @@ def test_the_expected_region_gives_the_same_corners(board):
     last, whole = board.find(second), board.find(third)
     region = expected_region(last, board.find(first), third.shape)
     assert (region.x1 - region.x0) * (region.y1 - region.y0) < 0.15 * third.size
+    # It goes on as the board moved.
+    assert region.x0 > expected_region(last, None, third.shape).x0 + 5
     assert np.abs(board.find(third, region) - whole).max() < 2e-3
     assert board.find(third, Region(0, 0, 60, 60)) is None
     assert expected_region(last + 5000, None, third.shape) is None
