@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -33,21 +34,10 @@ def bag_of(path, film, change=None, *, ros1=True, **options):
     return write(path / ("film.bag" if ros1 else "film"), found, messages, **options)
 
 
-def ros1(path, film):
-    return bag_of(path, film)
-
-
-def ros1_lz4(path, film):
-    return bag_of(path, film, compression=Writer1.CompressionFormat.LZ4)
-
-
-def sqlite3(path, film):
-    return bag_of(path, film, ros1=False)
-
-
-def mcap_folder(path, film):
-    zstd = (CompressionMode.STORAGE, CompressionFormat.ZSTD)
-    return bag_of(path, film, ros1=False, plugin=StoragePlugin.MCAP, compression=zstd)
+ZSTD = (CompressionMode.STORAGE, CompressionFormat.ZSTD)
+ros1, sqlite3 = bag_of, partial(bag_of, ros1=False)
+ros1_lz4 = partial(bag_of, compression=Writer1.CompressionFormat.LZ4)
+mcap_folder = partial(sqlite3, plugin=StoragePlugin.MCAP, compression=ZSTD)
 
 
 def mcap_file(path, film):
@@ -111,13 +101,8 @@ def assert_same(folder, film):
 def without_partners(film):
     """A film of which one colour and the next depth image are lost: a pair is 30 ms apart."""
     colors, depths = ([k for k in range(len(film.color)) if k != lost] for lost in (4, 5))
-    return replace(
-        film,
-        color=[film.color[k] for k in colors],
-        depth=[film.depth[k] for k in depths],
-        color_ns=film.color_ns[colors],
-        depth_ns=film.depth_ns[depths],
-    )
+    images = {"color": [film.color[k] for k in colors], "depth": [film.depth[k] for k in depths]}
+    return replace(film, **images, color_ns=film.color_ns[colors], depth_ns=film.depth_ns[depths])
 
 
 def without(*topics):

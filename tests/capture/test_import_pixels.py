@@ -266,10 +266,7 @@ def test_inverse_lens_of_a_realsense():
     k1, k2, p1, p2, k3 = stated
     r2 = x**2 + y**2
     u, v = (part * (1 + k1 * r2 + k2 * r2**2 + k3 * r2**3) for part in (x, y))
-    u, v = (
-        u + 2 * p1 * u * v + p2 * (r2 + 2 * u**2),
-        v + 2 * p2 * u * v + p1 * (r2 + 2 * v**2),
-    )
+    u, v = u + 2 * p1 * u * v + p2 * (r2 + 2 * u**2), v + 2 * p2 * u * v + p1 * (r2 + 2 * v**2)
     rays = np.column_stack([x, y, np.ones(50)])
     pixels, _ = cv2.projectPoints(rays, *np.zeros((2, 3)), K.reshape(3, 3), np.array(found))
     expected = np.column_stack([K[0] * u + K[2], K[4] * v + K[5]])

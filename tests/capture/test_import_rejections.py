@@ -34,7 +34,6 @@ from import_help import (
     wrench_file,
 )
 from palpate.__main__ import main
-from palpate.capture.importing.pixels import RAW_FORMS
 from palpate.capture.tables import read_force
 
 
@@ -316,10 +315,3 @@ def test_a_bag_without_images_says_what_it_holds(film, tmp_path, capsys):
     bag = bag_of(tmp_path, late, many)
     held = ", ".join(f"/scan{k:02d} of geometry_msgs/msg/WrenchStamped" for k in range(8))
     assert rejected(capsys, tmp_path, bag) == f"{bag}: {NO_COLOR} (it holds {held} and 3 others)"
-
-
-def test_all_encodings_that_are_taken_are_named(root):
-    page = (root / "docs/importing.md").read_text()
-    for encoding in RAW_FORMS:
-        assert len(re.findall(rf"\b{encoding}\b", f"{COLORS} {DEPTHS}")) == 1
-        assert f"`{encoding}`" in page

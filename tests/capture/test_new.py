@@ -215,17 +215,15 @@ def test_files_of_others_do_not_hold_up_an_object(cow, lab, capsys):
     assert "worth a look" not in capsys.readouterr().out
 
 
+CAMERA, PROBE = "sensors/bench_cam", "probes/bench_probe"
+
+
 @pytest.mark.parametrize(
     ("folder", "old", "new", "words"),
     [
-        (
-            "sensors/bench_cam",
-            "kind: depth",
-            "kind: sonar",
-            "kind: expected one of cloud, depth, stereo",
-        ),
-        ("probes/bench_probe", "radius_m: 0.006", "radius_m: 0.06", "exclusion.radius_m: expected"),
-        ("probes/bench_probe", "probe: bench_probe", "probe: another", "expected bench_probe"),
+        (CAMERA, "kind: depth", "kind: sonar", "kind: expected one of cloud, depth, stereo"),
+        (PROBE, "radius_m: 0.006", "radius_m: 0.06", "exclusion.radius_m: expected"),
+        (PROBE, "probe: bench_probe", "probe: another", "expected bench_probe"),
     ],
 )
 def test_a_wrong_file_is_told_of_the_objects_that_use_it(cow, lab, folder, old, new, words, capsys):
@@ -243,21 +241,17 @@ def test_without_sensors_and_probes_a_check_says_where_it_looked(lab, capsys):
     assert f"{lab}/raw/sponge, in {lab} and above them" in lines[0]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
+def test_names_are_rejected_before_anything_is_written(lab, capsys):
+    for arguments, words in (
         (["My Cow"], "object: expected a name of letters, digits and _ other than sensors"),
         (["../sponge"], "object: expected a name of letters, digits and _"),
         (["Tables"], "object: expected none of benchmarks, figures, lab"),
         (["sponge", "--sensor", "scans"], "sensor: expected a name of small letters"),
         (["sponge", "--probe", "../nano"], "probe: expected a name of small letters"),
-    ],
-)
-def test_names_are_refused_before_anything_is_written(lab, arguments, words, capsys):
-    assert main(["new", *arguments]) == 1
-    (line,) = capsys.readouterr().err.splitlines()
-    assert words in line
-    assert not list(lab.iterdir())
+    ):
+        assert main(["new", *arguments]) == 1
+        (line,) = capsys.readouterr().err.splitlines()
+        assert words in line and not list(lab.iterdir())
 
 
 def test_files_that_are_there_are_left_alone(lab, capsys):
@@ -291,9 +285,7 @@ def test_an_import_fills_in_the_cameras_file(lab, film, capsys):
     path = lab / "config/sensors/eye.yaml"
     replace_in(path, "range_m: [FILL_IN, FILL_IN]", "range_m: [0.3, 2.5]")
     assert main(["import", str(mcap_file(lab, film)), "raw/block/eye/01"]) == 0
-    assert (
-        "config/sensors/eye.yaml: written, from the recording's optics" in capsys.readouterr().out
-    )
+    assert "eye.yaml: written, from the recording's optics" in capsys.readouterr().out
     spec = load_yaml(path)
     SensorSpec.read(spec)
     assert spec["range_m"] == [0.3, 2.5]

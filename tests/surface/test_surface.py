@@ -1,10 +1,18 @@
-"""Templates: read, refined around the contact, and their sharp edges."""
+"""Templates, read and refined, and their sharp edges; the tracked surface as files."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import pyvista as pv
 import trimesh
+from palpate.surface.options import ElasticTracking
+from palpate.surface.pose import to_camera, to_object
+from palpate.surface.series import INDEX, save_series
 from palpate.surface.sharp_edges import sharp_edge_distance
 from palpate.surface.template import Template, read_template, refine_template
+from palpate.surface.tracked import Tracked, describe, load_tracked, save_tracked
+from scipy.spatial.transform import Rotation
 from virtual_lab.describe import box_template
 
 SIZE = np.array([0.598, 0.150, 0.0475])
@@ -66,7 +74,6 @@ def test_a_textured_surface_is_closed_where_its_vertices_are(tmp_path):
         lambda c: c.replace(b"float x", b"quark x"),
         lambda c: c.replace(b"binary_little_endian", b"ascii"),
     ],
-    ids=["cut", "cut in the header", "empty", "promised", "negative", "unknown type", "ascii"],
 )
 def test_a_damaged_template_is_one_line(tmp_path, change):
     path = tmp_path / "template.ply"
@@ -103,3 +110,70 @@ def test_distance_from_sharp_edges_of_which_a_ball_has_none():
     assert found == pytest.approx([0.05, 0.01, 0.005], abs=1e-5)
     ball = trimesh.creation.icosphere(3, radius=0.06)
     assert np.isinf(sharp_edge_distance(ball.vertices, ball.faces, ball.vertices[:2])).all()
+
+
+FRAMES = 5
+TIME_S = np.array([0.0, 0.171, 0.330, 0.499, 0.668])
+
+
+@pytest.fixture
+def tracked():
+    """A ball that moves and shrinks in front of a camera."""
+    rng = np.random.default_rng(0)
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.05)
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_euler("xyz", [130, 10, 5], degrees=True).as_matrix()
+    pose[:3, 3] = [0.01, -0.02, 0.65]
+    rest = np.asarray(ball.vertices)
+    moved = [rest * (1 - 0.01 * k) + [0, 0, 0.001 * k] for k in range(FRAMES)]
+    known = rng.random((FRAMES, len(rest))) < 0.5, pose, np.linspace(1e-4, 2e-4, FRAMES), rest[7], 2
+    moved = to_camera(pose, np.array(moved))
+    return Tracked(rest, np.asarray(ball.faces), to_camera(pose, rest), moved, *known)
+
+
+def test_vtk_reads_every_step(tmp_path, tracked):
+    tips = tracked.rest_m[7] + np.linspace(0.002, -0.002, FRAMES)[:, None] * np.ones(3)
+    save_series(tmp_path / "series", tracked, time_s=TIME_S, tips_m=tips)
+    reader = pv.get_reader(tmp_path / "series" / INDEX)
+    assert reader.time_values == TIME_S.tolist()
+    for k in range(FRAMES):
+        reader.set_active_time_point(k)
+        surface = reader.read()[0]
+        place = to_object(tracked.camera_from_object, tracked.vertices_m[k])
+        moved = place - tracked.template_m
+        expected = {"displacement_m": moved, "distance_moved_m": np.linalg.norm(moved, axis=1)}
+        assert np.allclose(surface.points, place, atol=5e-8)
+        for name, values in (expected | {"observed": tracked.observed[k]}).items():
+            assert np.allclose(surface.point_data[name], values, atol=5e-8), name
+        assert (surface.regular_faces == tracked.faces).all()
+        assert surface.field_data["residual_m"] == tracked.residual_m[k]
+        assert (surface.field_data["contact_point_m"] == tracked.contact_point_m).all()
+        tip = to_object(tracked.camera_from_object, tips[k])
+        assert np.allclose(surface.field_data["tip_m"], tip, atol=1e-15)
+
+
+def test_a_series_rejects_other_frames(tmp_path, tracked):
+    path, tips = tmp_path / "series", np.zeros((FRAMES, 3))
+    for time_s, tips_m, line in (
+        (TIME_S[:4], tips, r"time_s: expected 5 times, found shape \(4,\)"),
+        (TIME_S[::-1], tips, "time_s: expected increasing times"),
+        (TIME_S, tips[:4], r"tips_m: expected shape \(5, 3\), found \(4, 3\)"),
+    ):
+        with pytest.raises(ValueError, match=line):
+            save_series(path, tracked, time_s=time_s, tips_m=tips_m)
+    assert not path.exists()
+
+
+def test_a_surface_keeps_its_prior_and_older_files_have_none(tmp_path, tracked):
+    residual = np.where(np.arange(FRAMES) == 1, np.nan, tracked.residual_m)
+    held = replace(tracked, residual_m=residual, prior='{"poisson_ratio": 0.3}')
+    save_tracked(tmp_path / "new.npz", held)
+    found = load_tracked(tmp_path / "new.npz")
+    assert (found.prior, found.contact_frame) == (held.prior, 2)
+    assert (found.vertices_m == tracked.vertices_m).all()
+    fields = {name: value for name, value in vars(tracked).items() if name != "prior"}
+    np.savez_compressed(tmp_path / "old.npz", **fields)
+    assert load_tracked(tmp_path / "old.npz").prior == ""
+    content = describe(held, tracker="mine", options=ElasticTracking(poisson_ratio=0.4))
+    assert (content["prior"], content["options"]["poisson_ratio"]) == ({"poisson_ratio": 0.3}, 0.4)
+    assert content["residual_rms_m"][:2] == [tracked.residual_m[0], None]

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from floor import floor
-from thesis.chapter3 import simulation_figures, simulation_tables
+from thesis.chapter3 import simulation_tables
 from thesis.minimise.linear import LinearSystem, linear_method
 from thesis.minimise.objective import Objective
 from thesis.minimise.options import Minimise
@@ -31,8 +31,7 @@ PUBLISHED_ERROR = 0.0566
 def written(root, tmp_path_factory):
     path = tmp_path_factory.mktemp("simulation") / "steps.npz"
     mesh = root / "config/meshes/simulated_block.vtu"
-    steps = load_block(mesh, lambda_pa=LAM, mu_pa=MU, traction_pa=-50000, steps=24)
-    np.savez(path, **steps)
+    np.savez(path, **load_block(mesh, lambda_pa=LAM, mu_pa=MU, traction_pa=-50000, steps=24))
     return path
 
 
@@ -85,6 +84,9 @@ def test_tracker_finds_the_vertices_among_the_points(steps, tracked):
     errors = simulation_tables.tracking_errors(steps, replace(tracked, vertices_m=shifted))
     assert errors["loaded_across_m"] == pytest.approx(5e-3, rel=0.02)
     assert errors["loaded_along_m"] < 2e-4
+    with pytest.raises(ValueError, match="tracked: expected 204 vertices, found 203"):
+        other = replace(tracked, template_m=tracked.template_m[:-1])
+        pose_simulation(steps, SUPPORT, tracked=other)
 
 
 @pytest.mark.long
@@ -100,12 +102,6 @@ def test_motion_along_the_normal_alone_is_not_enough(steps):
     options = Simulation().tracking.changed(data_term="plane")
     dragged = track_steps(steps, options, cuts=6)
     assert youngs_error(pose_simulation(steps, SUPPORT, tracked=dragged)) > 0.1
-
-
-def test_tracked_surface_must_be_the_solids(steps, tracked):
-    other = replace(tracked, template_m=tracked.template_m[:-1])
-    with pytest.raises(ValueError, match="tracked: expected 204 vertices, found 203"):
-        pose_simulation(steps, SUPPORT, tracked=other)
 
 
 @pytest.mark.parametrize(
@@ -157,15 +153,12 @@ def test_simulation_table(root):
 
 def test_noise_spares_the_forces_and_biases_their_term(steps, exact):
     """As it does the linear method; the displacement alone stays within a few percent."""
-    noisy = simulation_tables.with_noise(exact, 1e-3, np.random.default_rng(1))
-    gap = noisy.displacement_m - exact.displacement_m
-    assert np.nanstd(gap) == pytest.approx(1e-3, rel=0.1)
-    assert noisy.force_n is exact.force_n
     noisy = simulation_tables.with_noise(exact, 3e-4, np.random.default_rng(3))
-    found = simulation_tables.every_method(
-        noisy, steps.triangle, linear=Simulation().linear, search=Minimise()
-    )
-    assert set(found) == set(simulation_figures.METHODS)
+    gap = noisy.displacement_m - exact.displacement_m
+    assert np.nanstd(gap) == pytest.approx(3e-4, rel=0.1)
+    assert noisy.force_n is exact.force_n
+    options = {"linear": Simulation().linear, "search": Minimise()}
+    found = simulation_tables.every_method(noisy, steps.triangle, **options)
     part = {method: estimate.lame_lambda_pa / LAM for method, estimate in found.items()}
     assert part["linear_method"] < 0.4
     assert part["minimise_force_displacement"] < 0.7
@@ -193,20 +186,17 @@ def test_unknown_displacements_and_support_forces_are_filled_in(exact, steps):
 def test_what_the_linear_method_refuses(exact):
     u, f = exact.displacement_m.copy(), exact.force_n.copy()
     u[exact.sets.free[0]] = f[exact.sets.contact[0], 2] = np.nan
-    cases = [
-        ({"sets": replace(exact.sets, **{name: NONE})}, f"{name}: expected at least")
-        for name in ("interior", "support", "contact")
-    ]
-    cases += [
+    for change, line in (
+        ({"sets": replace(exact.sets, interior=NONE)}, "interior: expected at least"),
+        ({"sets": replace(exact.sets, support=NONE)}, "support: expected at least"),
+        ({"sets": replace(exact.sets, contact=NONE)}, "contact: expected at least"),
         ({"displacement_m": u}, "displacement: expected numbers at contact and free"),
         ({"force_n": f}, "force: expected numbers at all nodes, found NaN"),
         ({"force_n": 0 * exact.force_n}, "force: expected a load on the contact"),
-    ]
-    for change, line in cases:
+    ):
         with pytest.raises(ValueError, match=line):
             LinearSystem(replace(exact, **change))
     for start in ((1e4, 0.0), (np.nan, 1e4)):
         with pytest.raises(ValueError, match="start: expected positive lambda and mu, found"):
             linear_method(exact, start=start, **LIMITS)
-    found = linear_method(exact, start=STARTS[0], iterations=3, tolerance=1e-9)
-    assert (found.converged, found.iterations) == (False, 3)
+    assert not linear_method(exact, start=STARTS[0], iterations=3, tolerance=1e-9).converged

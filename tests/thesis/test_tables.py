@@ -1,5 +1,6 @@
 """Chapter 5: attempts, the block's pattern, minima beside what is published, steps."""
 
+from copy import deepcopy
 from dataclasses import asdict
 
 import numpy as np
@@ -16,11 +17,14 @@ from thesis.chapter5.minimise_steps import true_surface, variants
 from thesis.chapter5.moduli_tables import least_squares_rows, minimum_rows
 from thesis.chapter5.steps_table import relaxed_modulus, steps_summary, steps_table
 
-CAPTURES = [
-    {"object": "foam_block", "sensor": sensor, "capture": capture, "point": capture[:2],
-     "provenance": "simulated"}
-    for sensor, capture in (("kinect", "08"), ("kinect", "11-a03"), ("bumblebee", "08"))
-]  # fmt: skip
+
+def captured(sensor, name, thing="foam_block"):
+    where = {"object": thing, "sensor": sensor, "capture": name, "point": name[:2]}
+    return where | {"provenance": "simulated"}
+
+
+PLACES = (("kinect", "08"), ("kinect", "11-a03"), ("bumblebee", "08"))
+CAPTURES = [captured(*place) for place in PLACES]
 
 
 @pytest.fixture
@@ -28,15 +32,10 @@ def found():
     known = {"youngs_modulus_pa": 2e4, "poisson_ratio": 0.25, "at_bound": False}
     known |= {"reduced_modulus_pa": 2e4 / (1 - 0.25**2)}
     fit = {"youngs_modulus_std_pa": 300.0, "poisson_ratio_std": 0.05, "unknown": None}
-    return {
-        (capture["object"], capture["sensor"], capture["capture"], "displacement"): known
-        | {
-            "hertz_reduced_modulus_pa": 25000.0,
-            "profile": {"interval": [0.1, 0.35], "verdict": "bounded"},
-            "least_squares": {norm: known | fit for norm in ("length", "square")},
-        }
-        for capture in CAPTURES
-    }
+    more = {"hertz_reduced_modulus_pa": 25000.0}
+    more["profile"] = {"interval": [0.1, 0.35], "verdict": "bounded"}
+    more["least_squares"] = {norm: known | fit for norm in ("length", "square")}
+    return {("foam_block", *place, "displacement"): known | deepcopy(more) for place in PLACES}
 
 
 def test_tables_5_3_and_5_4(found, root):
@@ -80,13 +79,10 @@ LAW = contact_law("parabola", "half_space", radius_m=RADIUS_M, thickness_m=0.05,
 
 def hertz_of(names, moduli, sensors):
     """Table of Hertz's moduli [Pa] of captures by name and sensor."""
-    captures = [
-        {"object": "foam_block", "sensor": sensor, "capture": name, "point": name[:2],
-         "provenance": "simulated"}
-        for name, sensor in zip(names, sensors, strict=True)
-    ]  # fmt: skip
-    known = ({"reduced_modulus_pa": E, "reduced_modulus_interval_pa": [0.9 * E, 1e6]}
-             for E in moduli)  # fmt: skip
+    captures = [captured(sensor, name) for name, sensor in zip(names, sensors, strict=True)]
+    known = (
+        {"reduced_modulus_pa": E, "reduced_modulus_interval_pa": [0.9 * E, 1e6]} for E in moduli
+    )
     fits = [dict.fromkeys(("study", "free_contact", "recommended"), one) for one in known]
     return hertz_points.hertz_table(captures, fits)
 
@@ -137,12 +133,8 @@ def test_band_holds_the_true_curve_as_often_as_it_says():
 
 
 STEPS = {"load": {"force_rule": "hertz_patch"}, "other": {"tracker": "other"}}
-MATERIAL = {
-    "youngs_modulus_pa": 2e4,
-    "poisson_ratio": 0.3,
-    "reduced_modulus_pa": 2e4 / 0.91,
-    "relaxation": {"fractions": [0.1, 0.2], "times_s": [0.5, 4.0]},
-}
+MATERIAL = {"youngs_modulus_pa": 2e4, "poisson_ratio": 0.3, "reduced_modulus_pa": 2e4 / 0.91}
+MATERIAL["relaxation"] = {"fractions": [0.1, 0.2], "times_s": [0.5, 4.0]}
 
 
 def test_variants_change_one_thing_at_a_time():
@@ -161,22 +153,17 @@ def test_variants_change_one_thing_at_a_time():
 
 
 def step_result(variant, E):
-    found = {"step": variant.step, "kind": variant.kind, "changes": variant.changes, "nodes": 9}
+    found = vars(variant) | {"nodes": 9, "left_out_nodes": 0, "reduced_model_error": 1e-7}
     found |= {"surface": "study", "error": "displacement", "youngs_modulus_pa": E, "error_m": 1e-4}
     found |= {"poisson_ratio": 0.4, "reduced_modulus_pa": E / 0.84, "at_bound": E > 2e4}
-    return found | {
-        "poisson_ratio_verdict": "bounded", "left_out_nodes": 0, "reduced_model_error": 1e-7
-    }  # fmt: skip
+    return found | {"poisson_ratio_verdict": "bounded"}
 
 
 def test_table_and_its_medians_stand_beside_the_truth():
     relaxed = 2e4 * (1 - 0.1 * (1 - np.exp(-2)) - 0.2 * (1 - np.exp(-0.25)))
     assert relaxed_modulus(MATERIAL, 1.0) == pytest.approx(relaxed)
     assert relaxed_modulus(MATERIAL | {"relaxation": None}, 1.0) == 2e4
-    captures = [
-        {"object": "pad", "sensor": "kinect", "capture": c, "point": c, "provenance": "simulated"}
-        for c in ("01", "02")
-    ]
+    captures = [captured("kinect", name, "pad") for name in ("01", "02")]
     results = [[step_result(variant, E) for variant in variants(STEPS)] for E in (1.8e4, 2.2e4)]
     table = steps_table(captures, results, {"pad": MATERIAL})
     row = table.iloc[0]

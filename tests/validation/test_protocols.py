@@ -31,12 +31,7 @@ def rules(root, tmp_path_factory):
     before = os.getcwd()
     os.chdir(root)
     try:
-        run = open_run(
-            config,
-            sources=["config/protocols.yaml"],
-            project=root,
-            kind=StudyConfig,
-        )
+        run = open_run(config, sources=["config/protocols.yaml"], project=root, kind=StudyConfig)
     finally:
         os.chdir(before)
     return LabRules(run)

@@ -20,6 +20,7 @@ def test_the_labs_own_configuration_is_right(lab, sensors):
 
 BLOCK, BALL, EAR = (("objects", name) for name in ("foam_block", "foam_ball", "ear"))
 POINT = (*BLOCK, "object", "points", "08")
+RELAXATION = (*BLOCK, "material", "relaxation")
 CORRUPTED = [
     ((*BLOCK, "motion", "depth_m"), 0.02, "motion.depth_m: expected less than"),
     ((*BLOCK, "contact", "deepest_m"), 0.05, "contact.deepest_m: expected less"),
@@ -27,44 +28,27 @@ CORRUPTED = [
     ((*POINT, "direction"), [1.0, 0, -0.5], "08.direction: expected within 45 degrees"),
     ((*BALL, "object", "points", "01", "position_m"), [0, 0, 0.3], "expected on the ball's top"),
     ((*EAR, "object", "points", "01", "position_m"), [0, 0, 0.3], "expected on the ear's surface"),
-    (
-        (*BLOCK, "cameras", "kinect", "distance_m"),
-        0.3,
-        "cameras.kinect.distance_m: expected 0.5 to 8.0 (the sensor's range), found 0.3",
-    ),
+    ((*BLOCK, "cameras", "kinect", "distance_m"), 0.3,
+     "cameras.kinect.distance_m: expected 0.5 to 8.0 (the sensor's range), found 0.3"),
     ((*BLOCK, "material", "law"), "blatz_ko", "material.poisson_ratio: expected > 0, found 0"),
-    (
-        (*BLOCK, "material", "relaxation", "fractions"),
-        [0.6, 0.5],
-        "material.relaxation.fractions: expected a sum < 1",
-    ),
-    (
-        (*BLOCK, "material", "relaxation", "times_s"),
-        [0.3],
-        "material.relaxation: expected as many fractions as times, found 2 and 1",
-    ),
+    ((*RELAXATION, "fractions"), [0.6, 0.5], "material.relaxation.fractions: expected a sum < 1"),
+    ((*RELAXATION, "times_s"), [0.3],
+     "material.relaxation: expected as many fractions as times, found 2 and 1"),
     ((*BLOCK, "recordings", "kinect"), ["19"], "found 19"),
     ((*BLOCK, "motion", "release_s"), 1.0, "motion.hold_s: expected for release_s, found nothing"),
     ((*BLOCK, "motions"), {"99": {"rest_s": 5.0}}, "motions: expected captures of recordings"),
     ((*BLOCK, "motions"), {"01": {"depth_m": 0.02}}, "motion.depth_m: expected less than"),
     ((*BLOCK, "pressed_at"), {"01": [0.4, 0, 0.0475]}, "pressed_at.01: expected on the block's"),
-    (
-        (*BLOCK, "contact", "table_friction"),
-        0.5,
-        "object.support.contact: expected resting with contact.table_friction, found bonded",
-    ),
-    (
-        (*EAR, "contact", "glued"),
-        0.5,
-        "contact.glued: expected for shape.kind block, found for ear",
-    ),
+    ((*BLOCK, "contact", "table_friction"), 0.5,
+     "object.support.contact: expected resting with contact.table_friction, found bonded"),
+    ((*EAR, "contact", "glued"), 0.5, "glued: expected for shape.kind block, found for ear"),
     (("poses",), {"stand": {}}, "base.name of its file among stand, found base_link"),
     ((*BLOCK, "seeded_as"), {}, "kinect_cloud: expected seeded_as a sensor with a depth camera"),
     (("device",), {"declared_m": 0.002}, "expected of an object without mirrors, found mirrors"),
     (("experiments", "loading", "object"), "sponge", "found sponge"),
     (("experiments", "planes", "distances_m", "kinect"), [9.0], "found 9.0"),
     (("experiments", "calibration", "sensors"), ["bumblebee"], "with an infrared camera"),
-]
+]  # fmt: skip
 
 
 def changed(lab, place, value):
@@ -146,9 +130,7 @@ def test_what_is_written_of_an_object_has_its_own_errors_alone(lab):
 
 def test_an_undeclared_point(lab):
     lab = copy.deepcopy(lab)
-    lab["objects"]["foam_block"] |= {
-        "pressed_at": {"11-a01": [0.052, 0.0, 0.0475]},
-    }
+    lab["objects"]["foam_block"]["pressed_at"] = {"11-a01": [0.052, 0.0, 0.0475]}
     rules = LabRules(SimpleNamespace(lab=lab, truth=str, lab_point=lambda name, point: point))
     other, plain = (
         SimpleNamespace(object="foam_block", sensor="kinect", capture=capture)

@@ -72,9 +72,8 @@ def test_a_release_is_the_loading_backwards():
     pressing = operator.at(deepest_s - before).depth_m
     assert np.allclose(operator.at(deepest_s + 0.7 + before).depth_m, pressing)
     assert pressing[0] == pytest.approx(0.006) and pressing[-1] == pytest.approx(-HOVER_M)
-    assert (operator.frames - 1) / 10 == pytest.approx(
-        deepest_s + 0.7 + 1.5 * operator.pace, abs=0.1
-    )
+    ends_s = deepest_s + 0.7 + 1.5 * operator.pace
+    assert (operator.frames - 1) / 10 == pytest.approx(ends_s, abs=0.1)
 
 
 def test_an_inclined_indentation_goes_along_its_line():

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from boards_seen import LEFT, RIGHT, RIGHT_FROM_LEFT
+from boards import LEFT, RIGHT, RIGHT_FROM_LEFT
 from palpate.__main__ import main
 from palpate.capture.images import write_image
 from palpate.config.sensor import ColorSpec, DepthSpec
@@ -16,7 +16,6 @@ from palpate.vision.camera import opencv_text
 from thesis.chapter4.calibration import equation_4_12, table_4_1
 
 PART = "camera"
-
 BOARD = ("--inner-corners", "9x6", "--square-mm", "30")
 
 
@@ -119,70 +118,50 @@ def test_another_programs_pair(given, tmp_path):
     assert back == pytest.approx(np.eye(4), abs=1e-7)
 
 
-def unreadable(left, right):
-    (left / "left04.jpg").write_bytes(b"no picture")
+DEPTH, STEREO = (*BOARD, "--kind", "depth"), (*BOARD, "--kind", "stereo")
 
 
-def resized(left, right):
-    path = left / "left04.jpg"
-    cv2.imwrite(str(path), cv2.imread(str(path))[:240, :320])
-
-
-def empty(left, right):
+def test_pictures_that_are_rejected(folders, refused):
+    left, right = folders
+    one, pixels = left / "left04.jpg", cv2.imread(str(left / "left04.jpg"))
+    whole = one.read_bytes()
+    assert "stereo: expected the left camera first" in refused(right, left, *STEREO)
+    one.write_bytes(b"no picture")
+    line = "left04.jpg: picture: expected PNG, TIFF or JPEG, found one that can't"
+    assert line in refused(left, *BOARD)
+    cv2.imwrite(str(one), pixels[:240, :320])
+    line = "left04.jpg: picture: expected 640 x 480 pixels as the first, found 320 x"
+    assert line in refused(left, *BOARD)
+    one.write_bytes(whole)
+    shutil.copy(one, left / "left04.png")
+    assert "expected one picture of a name, found left04 twice" in refused(left, *BOARD)
+    (left / "left04.png").unlink()
+    (right / "right04.jpg").unlink()
+    assert "right: pictures: expected 7 as in" in refused(left, right, *DEPTH)
     for path in left.iterdir():
         cv2.imwrite(str(path), np.full((480, 640), 90, dtype=np.uint8))
+    assert "a board of 9 x 6 inner corners, found none in 7" in refused(left, *BOARD)
 
 
-def twice(left, right):
-    shutil.copy(left / "left04.jpg", left / "left04.png")
-
-
-def one_less(left, right):
-    (right / "right04.jpg").unlink()
-
-
-def swapped(left, right):
-    left.rename(left.parent / "kept")
-    right.rename(left)
-    (left.parent / "kept").rename(right)
-
-
-DEPTH, STEREO = (*BOARD, "--kind", "depth"), (*BOARD, "--kind", "stereo")
-REJECTED = [
-    (unreadable, 1, BOARD, "left04.jpg: picture: expected PNG, TIFF or JPEG, found one that can't"),
-    (resized, 1, BOARD, "left04.jpg: picture: expected 640 x 480 pixels as the first, found 320 x"),
-    (empty, 1, BOARD, "expected a board of 9 x 6 inner corners, found none in 7"),
-    (twice, 1, BOARD, "names: expected one picture of a name, found left04 twice"),
-    (one_less, 2, DEPTH, "right: pictures: expected 7 as in"),
-    (swapped, 2, STEREO, "stereo: expected the left camera first"),
-    (None, 1, (), "--inner-corners: expected the board's, found none"),
-    (None, 1, BOARD[:2], "--square-mm: expected the board's, found none"),
-    (None, 1, ("--inner-corners", "2x6", *BOARD[2:]), "expected 3x3 or more, found 2x6"),
-    (None, 1, (*BOARD[:3], "-3"), "--square-mm: expected 1 to 500 millimetres, found -3"),
-    (None, 1, (*BOARD[:3], "0.03"), "expected 1 to 500 millimetres, found 0.03 (metres?)"),
-    (None, 1, DEPTH, "--kind: expected none for one camera, found depth"),
-    (None, 2, BOARD, "--kind: expected stereo or depth for two cameras, found none"),
-    (None, 1, (*BOARD, "--opencv", "x.yml"), "--opencv: expected two cameras and their transform"),
-]
-
-
-@pytest.mark.parametrize(("change", "count", "options", "line"), REJECTED)
-def test_pictures_and_options_that_are_rejected(folders, refused, change, count, options, line):
-    if change:
-        change(*folders)
-    assert line in refused(*folders[:count], *options)
-
-
-def test_sources_that_are_none(folders, refused, tmp_path):
+def test_options_and_sources_that_are_rejected(folders, refused, tmp_path):
     (tmp_path / "empty").mkdir()
     (tmp_path / "file.yaml").write_text("a: 1\n")
-    for sources, line in (
-        ([tmp_path / "no"], "expected a folder of pictures or a file, found none"),
-        ([tmp_path / "empty"], "expected PNG, TIFF or JPEG files, found none"),
-        ([*folders, folders[0]], "expected one or two, found 3"),
-        ([folders[0], tmp_path / "file.yaml"], "two folders or two files, found one of each"),
+    one = folders[:1]
+    for sources, options, line in (
+        (one, (), "--inner-corners: expected the board's, found none"),
+        (one, BOARD[:2], "--square-mm: expected the board's, found none"),
+        (one, ("--inner-corners", "2x6", *BOARD[2:]), "expected 3x3 or more, found 2x6"),
+        (one, (*BOARD[:3], "-3"), "--square-mm: expected 1 to 500 millimetres, found -3"),
+        (one, (*BOARD[:3], "0.03"), "expected 1 to 500 millimetres, found 0.03 (metres?)"),
+        (one, DEPTH, "--kind: expected none for one camera, found depth"),
+        (folders, BOARD, "--kind: expected stereo or depth for two cameras, found none"),
+        (one, (*BOARD, "--opencv", "x.yml"), "--opencv: expected two cameras and their transform"),
+        ([tmp_path / "no"], BOARD, "expected a folder of pictures or a file, found none"),
+        ([tmp_path / "empty"], BOARD, "expected PNG, TIFF or JPEG files, found none"),
+        ([*folders, *one], BOARD, "expected one or two, found 3"),
+        ([*one, tmp_path / "file.yaml"], BOARD, "two folders or two files, found one of each"),
     ):
-        assert line in refused(*sources, *BOARD)
+        assert line in refused(*sources, *options)
 
 
 SIDES = ("left", "right")

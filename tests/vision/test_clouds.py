@@ -1,4 +1,4 @@
-"""Clouds of the object of depth images and of clouds, what they keep, and their files."""
+"""Clouds of the object, of depth images and of clouds, their files, and the plane of the table."""
 
 import shutil
 
@@ -16,15 +16,14 @@ from palpate.vision.clouds import (
     clouds_of,
     in_mask,
     object_cloud,
-    probe_places,
     read_clouds,
     save_clouds,
     scene_points,
     table_of,
 )
 from palpate.vision.options import Clouds, SupportPlane
-from palpate.vision.probe import AXIS, TIP, marker_columns
-from palpate.vision.support_plane import fit_support_plane
+from palpate.vision.probe import AXIS, TIP
+from palpate.vision.support_plane import fit_support_plane, height_above, read_plane
 from scipy.spatial import cKDTree
 
 REACH = Reach(np.array([-0.05, 0, 0.7]), 0.2, 0.2, np.array([0, -1.0, 0, 0.06]))
@@ -40,27 +39,6 @@ def test_points_in_a_mask():
     found = in_mask(2.0 * camera.rays(inside + outside), mask, camera)
     assert found.tolist() == [True] * 4 + [False] * 7
     assert in_mask(np.zeros((0, 3)), mask, camera).shape == (0,)
-
-
-def sheet(radius_m):
-    """Corners of a target's sheet that lies in the camera's frame as in its own."""
-    marker = {"inner_corners": [4, 3], "square_m": 0.02}
-    poses = marker_columns(np.eye(4)[None]).join(pd.DataFrame(np.zeros((1, 6)), columns=TIP + AXIS))
-    probe = {"marker": marker, "exclusion": {"board_radius_m": radius_m}}
-    (place,) = probe_places(poses, probe)
-    assert place.board_m == pytest.approx([0.03, 0.02, 0])
-    return place.sheet_m - place.board_m
-
-
-def test_the_sheet_has_an_even_margin_and_its_corners_on_the_radius():
-    corners = sheet(0.08)
-    assert np.linalg.norm(corners, axis=1) == pytest.approx(0.08)
-    width, height = np.ptp(corners, axis=0)[:2]
-    assert width - 5 * 0.02 == pytest.approx(height - 4 * 0.02) and width > 0.1
-    # Around it in one way.
-    assert np.sign(np.cross(corners, np.roll(corners, -1, axis=0))[:, 2]).tolist() == [1] * 4
-    # A radius within the squares leaves them as they are.
-    assert np.ptp(sheet(0.05), axis=0) == pytest.approx([0.1, 0.08, 0])
 
 
 @pytest.fixture
@@ -189,3 +167,47 @@ def test_a_floor_below_the_table_makes_it_ambiguous():
     both = np.concatenate([points, 1.5 * points[::2]])
     with pytest.raises(ValueError, match="one 0.300 m below it .*which is the table.*a background"):
         fit_support_plane(both, inlier_distance_m=0.004, rng=np.random.default_rng(0), empty=False)
+
+
+def table_in(points):
+    return fit_support_plane(points, inlier_distance_m=0.004, rng=np.random.default_rng(0))
+
+
+def test_support_plane_among_clutter():
+    rng = np.random.default_rng(1)
+    normal = np.array([0.1, -0.7, -0.7])
+    normal /= np.linalg.norm(normal)
+    ground = rng.uniform(-0.4, 0.4, (5000, 2))
+    a, b = np.linalg.svd(normal[None])[2][1:]
+    points = [0, 0, 0.8] + ground @ np.stack([a, b]) + rng.normal(0, 1e-3, (5000, 1)) * normal
+    clutter = [0, 0, 0.7] + rng.uniform(-0.1, 0.1, (1500, 3))
+    plane = table_in(np.concatenate([points, clutter]))
+    assert np.degrees(np.arccos(plane[:3] @ normal)) < 0.1
+    assert abs(height_above(plane, np.array([[0, 0, 0.8]]))[0]) < 3e-4
+    with pytest.raises(ValueError, match="at least 100 points, found 3"):
+        table_in(points[:3])
+
+
+def test_false_matches_are_no_table():
+    """What a stereo head makes of a table of one colour: depths of any size."""
+    rng = np.random.default_rng(2)
+    rays = np.column_stack([rng.uniform(-0.5, 0.5, (20000, 2)), np.ones(20000)])
+    points = rays / rng.uniform(1 / 1.5, 1 / 0.4, (20000, 1))
+    with pytest.raises(ValueError, match="25% or more .* 3% .a table without a pattern"):
+        fit_support_plane(points, inlier_distance_m=0.004, rng=rng)
+
+
+@pytest.mark.parametrize(
+    ("content", "line"),
+    [
+        ("nothing", "file: expected JSON, found none"),
+        ('{"normal": [0, 0], "offset_m": 1}', "normal: expected finite numbers of shape"),
+        ('{"normal": [0, 0, 1]}', "offset_m: expected a value, found none"),
+        ('{"normal": [0, 0, 1.002], "offset_m": 1}', "normal: expected a unit vector, found"),
+    ],
+)
+def test_files_that_hold_no_plane(tmp_path, content, line):
+    path = tmp_path / "support_plane.json"
+    path.write_text(content)
+    with pytest.raises(ValueError, match=line):
+        read_plane(path)

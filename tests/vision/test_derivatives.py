@@ -1,14 +1,18 @@
-"""Derivatives of what is printed on a board that moves, held to finite differences."""
+"""Derivatives of a blurred print and of a calibration, by finite differences."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.vision.board import Print, pixel_sizes, place_derivatives
+from boards import BOARD, LEFT, RIGHT, RIGHT_FROM_LEFT, SIZE_PX, poses, seen
+from palpate.vision.board import Print, pixel_sizes
+from palpate.vision.calibration_problem import TERMS, Problem, vector_of
 from palpate.vision.camera import PinholeCamera
 from scipy.spatial.transform import Rotation
 
 CAMERA = PinholeCamera(1024, 768, 790.0, 760.0, 512.0, 384.0)
+
 SQUARE_M = 0.02
-STEPS = np.diag([1e-6] * 6)
 
 
 @pytest.fixture
@@ -17,20 +21,6 @@ def pose():
     pose[:3, :3] = Rotation.from_rotvec([0.4, -0.2, 0.3]).as_matrix()
     pose[:3, 3] = [-0.03, 0.02, 0.6]
     return pose
-
-
-def moved(pose, step):
-    """Turned about the camera's axes by a rotation vector, its origin shifted."""
-    other = pose.copy()
-    other[:3, :3] = Rotation.from_rotvec(step[:3]).as_matrix() @ pose[:3, :3]
-    other[:3, 3] += step[3:]
-    return other
-
-
-def by_pose(function, pose):
-    """Derivatives of a function's values (n,) by a step of a pose, (n, 6)."""
-    ends = [[function(moved(pose, sign * step)) for step in STEPS] for sign in (1, -1)]
-    return np.subtract(*ends).T / 2e-6
 
 
 def on_board(rays, pose):
@@ -52,13 +42,6 @@ def rays_of(pixels):
 
 
 PIXELS = [[450, 400], [500, 350], [530, 460]]
-
-
-def test_places_on_a_board_that_moves(pose):
-    rays = rays_of(PIXELS)
-    found = np.stack(place_derivatives(*parts(rays, pose), pose, SQUARE_M), axis=1)
-    slopes = by_pose(lambda of: on_board(rays, of).ravel(), pose).reshape(found.shape)
-    assert found == pytest.approx(slopes, rel=1e-5, abs=1e-5)
 
 
 def test_squares_that_a_pixel_spans(pose):
@@ -84,3 +67,65 @@ def test_a_blurred_print():
     # Half a blur beside an edge a normal error's 69 % are over it.
     edge = Print(np.array([0.0]), np.zeros(0), np.array([[0.0, 1.0]]))
     assert edge.blurred(*np.array([[0.05], [0], [0.1], [0.1]])).white == pytest.approx(0.6914625)
+
+
+@pytest.fixture(scope="module")
+def problem():
+    """Three boards of two cameras, one of them not a pair, and unknowns near the truth."""
+    boards = poses(3)
+    first, second = seen(BOARD, boards, LEFT), seen(BOARD, boards, RIGHT, RIGHT_FROM_LEFT)
+    first["01"][4:9] = np.nan
+
+    first, second = (np.array([*corners.values()]) for corners in (first, second))
+    unseen = np.full_like(first[0], np.nan)
+    corners = [*zip(first[:2], second[:2], strict=True), (first[2], unseen), (unseen, second[2])]
+    places = [*boards.values(), RIGHT_FROM_LEFT @ boards["02"]]
+    poses_of = np.array([vector_of(place) for place in places])
+    lenses = [[c.fx_px, c.fy_px, c.cx_px, c.cy_px, *c.distortion] for c in (LEFT, RIGHT)]
+    shared = np.r_[np.ravel(lenses), vector_of(RIGHT_FROM_LEFT)]
+    names, corners, sigma = (*boards, "02"), np.array(corners), np.array([0.1, 0.2])
+    views = names, poses_of, corners, corners
+    return Problem(BOARD.points_m, *views, shared, (TERMS, ("k1",)), sigma, (SIZE_PX, SIZE_PX))
+
+
+def whole_jacobian(problem):
+    """By the free shared unknowns, then by each pose in turn."""
+    rows = []
+    for k, (_, shared, by_pose) in enumerate(problem.linearised()):
+        by_poses = np.zeros((len(shared), problem.poses.size))
+        by_poses[:, 6 * k : 6 * k + 6] = by_pose
+        rows.append(np.hstack([shared, by_poses]))
+    return np.concatenate(rows)
+
+
+def test_derivatives(problem):
+    by, free = whole_jacobian(problem), np.flatnonzero(problem.free)
+    assert by.shape == (2 * (6 * 30 - 5), len(free) + 24)
+
+    unknowns = np.r_[problem.shared, problem.poses.ravel()]
+    places = [*free, *range(len(problem.shared), len(unknowns))]
+    for column, place in zip(by.T, places, strict=True):
+        step = 1e-6 * max(1, abs(unknowns[place])) * (np.arange(len(unknowns)) == place)
+        shared, poses_of = np.split(step, [len(problem.shared)])
+        ends = [
+            replace(
+                problem,
+                shared=problem.shared + way * shared,
+                poses=problem.poses + way * poses_of.reshape(-1, 6),
+            ).residuals()
+            for way in (1, -1)
+        ]
+        slope = (ends[0] - ends[1]) / (2 * step[place])
+        assert column == pytest.approx(slope, abs=1e-5 * np.abs(slope).max())
+
+
+def test_the_covariance_is_the_whole_normal_matrixs(problem):
+    """Eliminating the poses changes nothing."""
+    by = whole_jacobian(problem)
+    scale = np.linalg.norm(by, axis=0)
+    whole = np.linalg.inv(by.T @ by / np.outer(scale, scale)) / np.outer(scale, scale)
+    free = np.flatnonzero(problem.free)
+    found = np.diag(problem.covariance())
+    ratio = found[free] / np.diag(whole)[: len(free)]
+    assert ratio == pytest.approx(np.full(len(free), ratio[0]), rel=1e-5)
+    assert not found[14:18].any()

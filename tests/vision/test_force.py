@@ -16,12 +16,7 @@ from palpate.vision.probe import ALONG_STD, AXIS, TIP, marker_columns
 from scipy.spatial.transform import Rotation
 from virtual_lab.wrench import gauge_record
 
-LAB = {
-    "noise_v": 0.002,
-    "bias_v": 0.3,
-    "mass_kg": 0.03,
-    "centre_of_mass_m": [0, 0, 0.035],
-}
+LAB = {"noise_v": 0.002, "bias_v": 0.3, "mass_kg": 0.03, "centre_of_mass_m": [0, 0, 0.035]}
 BIAS_WINDOW_S = 0.4
 NEAREST, LINEAR = Force(matching="nearest"), Force(matching="linear")
 DOWN = Rotation.from_rotvec([np.pi, 0, 0])
@@ -72,25 +67,21 @@ def test_records_of_another_rate_are_averaged_over_the_same_time(press, probe, s
     assert np.abs(found.to_numpy()[:, 2] - [-1.0, -2.0]).max() < 0.3
 
 
-SPOILT = {
-    "v3: expected less than 9.99 V, found saturation": ("v3", 0, 10.0),
-    "v1: expected a live gauge, found one value for 2.0 s": ("v1", 0, 0.5),
-    "v4: expected a live gauge, found one value for 1.4 s": ("v4", 600, 0.0),
-}
-
-
-@pytest.mark.parametrize("line", SPOILT)
-def test_gauges_that_are_rejected(press, probe, line):
+def test_records_that_are_rejected(press, probe):
     record, turn = press
-    channel, first, value = SPOILT[line]
-    record.loc[first:, channel] = value
-    with pytest.raises(ValueError, match=line):
-        wrenches((record, turn), probe, [1.0])
-
-
-def test_a_frame_without_a_reading(press, probe):
+    for channel, first, value, line in (
+        ("v3", 0, 10.0, "v3: expected less than 9.99 V, found saturation"),
+        ("v1", 0, 0.5, "v1: expected a live gauge, found one value for 2.0 s"),
+        ("v4", 600, 0.0, "v4: expected a live gauge, found one value for 1.4 s"),
+    ):
+        wrong = record.copy()
+        wrong.loc[first:, channel] = value
+        with pytest.raises(ValueError, match=line):
+            wrenches((wrong, turn), probe, [1.0])
     with pytest.raises(ValueError, match="within 0.02 s of each frame, found 8"):
         wrenches(press, probe, [1.0, 10.0])
+    with pytest.raises(ValueError, match="twice as long as the bias window of 1.5 s, found 2 s"):
+        wrenches(press, probe, [1.0], bias_window_s=1.5)
 
 
 def test_a_line_leaves_less_noise_than_the_nearest_reading(press, probe):
@@ -168,14 +159,9 @@ def test_zero_and_pose_are_of_the_same_moments(probe):
     record = recorded(time_s, np.zeros((len(time_s), 3)), rotation, probe, 1)
     times = np.arange(2.2, 3.9, 0.2)
     given = poses_at(times, rotation[-1], probe), probe, LINEAR
-    early, right = (
-        largest_n(
-            frame_wrenches(
-                zeroed(record, probe, BIAS_WINDOW_S, first_s), *given, up=np.array([0.0, 0.0, 1.0])
-            )
-        )
-        for first_s in (0.0, times[0])
-    )
+    bias = (zeroed(record, probe, BIAS_WINDOW_S, first_s) for first_s in (0.0, times[0]))
+    up = np.array([0.0, 0.0, 1.0])
+    early, right = (largest_n(frame_wrenches(known, *given, up=up)) for known in bias)
     # What the probe's weight is wrong by with the zero of the record's beginning.
     assert early > 0.35
     assert right < 0.04
@@ -204,11 +190,6 @@ def test_a_press_that_begins_before_the_film_is_refused(probe):
         zeroed(soft_press(probe, 2.6).iloc[::100], probe, 0.5, 2.0)
 
 
-def test_a_bias_window_as_long_as_the_record(press, probe):
-    with pytest.raises(ValueError, match="twice as long as the bias window of 1.5 s, found 2 s"):
-        wrenches(press, probe, [1.0], bias_window_s=1.5)
-
-
 def checked(newtons, *, lever_m=0.0, axis_z=1.0):
     force = np.outer(newtons, [0.0, 0.0, 1.0])
     torque = np.outer(newtons, [lever_m, 0.0, 0.0])
@@ -216,32 +197,25 @@ def checked(newtons, *, lever_m=0.0, axis_z=1.0):
     check_indentation(table, np.tile([0.0, 0.0, axis_z], (len(newtons), 1)), 0.00622)
 
 
-def test_wrenches_that_are_possible():
+def test_wrenches_that_no_hand_has():
     checked([0.0, 499.0], lever_m=0.006)
     # Less than 0.2 N says nothing.
     checked([0.0, 0.1], lever_m=0.2, axis_z=-1.0)
-
-
-@pytest.mark.parametrize(
-    ("newtons", "how", "line"),
-    [
+    for newtons, how, line in (
         (1740.0, {}, "at most 500 N from an operator, found 1740 N"),
         (np.nan, {}, "at most 500 N from an operator, found nan N"),
         (2.0, {"axis_z": -1.0}, "the press of 2.00 N along the probe, found it 180 degrees off"),
         (2.0, {"lever_m": 0.08}, "within 11.2 mm of the sphere's centre, found .* 80.0 mm"),
-    ],
-)
-def test_wrenches_that_no_hand_has(newtons, how, line):
-    with pytest.raises(ValueError, match=line):
-        checked([0.0, newtons], **how)
+    ):
+        with pytest.raises(ValueError, match=line):
+            checked([0.0, newtons], **how)
 
 
 def test_weight_of_what_hangs_on_the_sensor():
     """Half a kilogram, 0.1 m along z from the sensor, which lies on its side: z along the floor."""
     side = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
-    (found,) = weight_wrenches(
-        side[None], np.array([0, 0, 1.0]), {"mass_kg": 0.5, "centre_of_mass_m": [0, 0, 0.1]}
-    )
+    load = {"mass_kg": 0.5, "centre_of_mass_m": [0, 0, 0.1]}
+    (found,) = weight_wrenches(side[None], np.array([0, 0, 1.0]), load)
     # Down is the sensor's x; what pulls x at z = 0.1 turns it about y.
     weight = 0.5 * 9.80665
     assert found == pytest.approx([weight, 0, 0, 0, 0.1 * weight, 0], rel=1e-3)

@@ -10,8 +10,8 @@ from palpate.capture.tables import WRENCH_COLUMNS, write_table
 from palpate.vision.indentation import weight_wrenches
 from palpate.vision.probe import marker_columns
 from palpate.vision.probe_recordings import static_poses
+from probe_motion import held_free
 from scipy.spatial.transform import Rotation
-from turned_handle import held_free
 
 PART = "load"
 

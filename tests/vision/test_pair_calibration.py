@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from boards_seen import (
+from boards import (
     BOARD,
     CALTECH,
     LEFT,

@@ -7,8 +7,8 @@ import pytest
 from palpate.vision.indentation import weight_wrenches
 from palpate.vision.payload import find_payload
 from palpate.vision.probe_recordings import StaticPoses
+from probe_motion import held_free
 from scipy.spatial.transform import Rotation
-from turned_handle import held_free
 
 UP = np.array([0.1, -0.8, -0.5])
 UP = UP / np.linalg.norm(UP)

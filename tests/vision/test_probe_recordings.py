@@ -7,18 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from lab_films import lab_film
 from palpate.__main__ import main
 from palpate.capture.experiments import check_experiment
-from palpate.capture.tables import (
-    WRENCH_COLUMNS,
-    read_force,
-    write_force,
-)
+from palpate.capture.tables import WRENCH_COLUMNS, read_force, write_force
 from palpate.config.probe import asked
 from palpate.estimate.direct.options import ProbeUncertainty
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.force import wrenches
+from probe_motion import lab_film
 from scipy.spatial.transform import Rotation
 
 HELD = {"poses": 7, "hold_s": 1.45, "turn_s": 0.55, "frame_rate_hz": 3}

@@ -6,16 +6,13 @@ import pytest
 import trimesh
 from palpate.capture.images import write_image
 from palpate.capture.tables import write_frames
-from palpate.vision.background import build_model
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.clouds import Cloud, ProbePlace, Reach, in_mask, object_cloud, table_of
-from palpate.vision.foreground import camera_shift, masks_of
-from palpate.vision.options import Background, Clouds, SupportPlane
+from palpate.vision.options import Clouds, SupportPlane
 from palpate.vision.support_plane import fit_support_plane
 from virtual_lab.paint import table_texture
-from virtual_lab.probe import OBJECT, PROBE_PARTS, PROP, Part, bench_props, make_probe
-from virtual_lab.render import Light, PosedCamera, look_at, render
-from virtual_lab.rig import Exposure
+from virtual_lab.probe import OBJECT, PROBE_PARTS, PROP, Part, make_probe
+from virtual_lab.render import PosedCamera, look_at
 from virtual_lab.scene import NO_FINISH, Bench, Scene
 
 SIZE = np.array([0.12, 0.10, 0.05])
@@ -164,46 +161,3 @@ def test_the_table_is_that_of_all_frames(sensors, tmp_path):
     size = {"width_px": 320, "height_px": 240, "distortion": [0] * 5}
     plane = table_of(tmp_path, sensor | {"depth": spec | size}, SupportPlane(), seed=1)
     assert abs(plane[:3] @ VIEW.camera_from_object[:3, 3] + plane[3]) < 0.002
-
-
-LIGHT = Light(np.array([-0.44, -0.34, 0.83]), 0.95, 0.45, 0.05)
-NOISE = {"flicker": 0.003, "blur_px": 0.55, "read_variance": 0.6, "shot_variance": 0.008}
-
-
-def filmed(bench, count, bumped_deg=(0, 0, 0)):
-    """Pictures of an empty bench, 320 x 240."""
-    pose = look_at([0, 0, 0.05], distance_m=0.65, elevation_deg=45, bumped_deg=bumped_deg)
-    layer = render(PosedCamera(CAMERA, pose), Scene(bench), LIGHT, samples=2)
-    still = Exposure(layer.colour, "rgb8", NOISE)
-    return [still.shot(np.random.default_rng([count, k])) for k in range(count)]
-
-
-@pytest.fixture(scope="module")
-def benches(bench):
-    plain = np.full((8, 8, 3), 0.3)
-    tables = {"wood": bench.table, "plain, with things": plain, "plain": plain}
-    props = {"wood": (), "plain, with things": bench_props(), "plain": ()}
-    return {name: Bench(table, None, props[name]) for name, table in tables.items()}
-
-
-@pytest.mark.parametrize("bumped_deg", [(0.2, 0, 0), (0, -0.2, 0), (0, 0, 0.4), (0.5, 0.5, 2)])
-@pytest.mark.parametrize("table", ["wood", "plain, with things"])
-def test_a_camera_that_is_bumped_is_told(benches, table, bumped_deg):
-    """In mid-film, in a small picture, and rolled about its middle."""
-    model = build_model(filmed(benches[table], 6), false_positive_rate=0.002)
-    still, moved = filmed(benches[table], 2), filmed(benches[table], 3, bumped_deg)
-    nothing = np.zeros((240, 320), bool)
-    assert np.abs(camera_shift(model.mean, model.std, still[0], nothing)).max() < 0.2
-    for frame in [*still, *moved]:
-        frame[100:140, 150:190] = [20, 120, 220]
-    with pytest.raises(ValueError, match=r"camera: .* found it moved by \d.\d px from frame 2 on"):
-        list(masks_of([*still, *moved, *still], model, Background()))
-
-
-def test_a_table_that_shows_nothing_is_said_to(benches, caplog):
-    model = build_model(filmed(benches["plain"], 6), false_positive_rate=0.002)
-    frames = filmed(benches["plain"], 2)
-    for frame in frames:
-        frame[100:140, 150:190] = [20, 120, 220]
-    assert len(list(masks_of(frames, model, Background()))) == 2
-    assert "whether it stood still is not known in 2 of 2 frames" in caplog.text

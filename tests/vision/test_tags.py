@@ -3,11 +3,11 @@
 import cv2
 import numpy as np
 import pytest
+from boards import CAMERA, CORRUPTIONS, exact, hand, noisy, picture
 from palpate.vision.corners import off_others
 from palpate.vision.marker import CornerFollower, board_of
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.probe import board_poses
-from printed_boards import CAMERA, CORRUPTIONS, exact, hand, noisy, picture
 from scipy.spatial.transform import Rotation
 
 CHARUCO = {"kind": "charuco", "squares": [7, 5], "dictionary": "4X4_50"}

@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from lab_films import lab_film
 from palpate.__main__ import main
 from palpate.capture.experiments import check_experiment
 from palpate.capture.tables import read_frames, write_frames, write_table
@@ -15,7 +14,7 @@ from palpate.config.sensor import covariance_fault
 from palpate.units import MILLIMETRES
 from palpate.vision.pivot import find_pivot
 from palpate.vision.probe import marker_columns
-from turned_handle import TIP_M, turned_handle
+from probe_motion import TIP_M, lab_film, turned_handle
 
 PART = "tip"
 

@@ -1,14 +1,27 @@
-"""What a run shows on the terminal."""
+"""What a run shows: progress, closing lines, and its time and memory by rule."""
 
+import csv
 import io
 import logging
+import os
+import re
+import subprocess
+import sys
 import time
 from types import SimpleNamespace
 
 import pytest
+import yaml
+from palpate.modulus import VERDICTS
+from palpate.report import tables
+from palpate.report.estimate_rows import summary
+from palpate.workflow.closing import ARTEFACTS, FILES, closing_lines
 from palpate.workflow.progress import Pace, Terminal
+from palpate.workflow.resources import main, resource_table
+from slurm_resources import requests
 from snakemake.logging import ColorizingTextHandler
 from snakemake_interface_logger_plugins.common import LogEvent
+from thesis import artefacts
 
 JOBS = {"clouds": 2, "track": 2}
 
@@ -112,3 +125,159 @@ def test_the_last_run_shows_the_time_left_until_this_one_does(tmp_path):
 def test_nothing_is_said_of_the_time_left_before_anything_shows_it(tmp_path):
     pace = Pace({"clouds": 40}, tmp_path / "none")
     assert "left" not in pace.line() and "left" not in Pace({}, tmp_path).line()
+
+
+def of_captures(name, sensor, rows, **same):
+    """Rows of captures."""
+    known = {"object": name, "sensor": sensor, "provenance": "simulated"} | same
+    return [known | {"capture": row["point"]} | row for row in rows]
+
+
+def hertz(name, sensor, moduli, **same):
+    points = [f"{8 + i:02d}" for i in range(len(moduli))]
+    found = zip(points, moduli, strict=True)
+    rows = [{"point": point, "reduced_modulus_pa": E, "method": "hertz"} for point, E in found]
+    return of_captures(name, sensor, rows, **same)
+
+
+def joint(name, sensor, *, captures, **same):
+    moduli = {"youngs_modulus": 250e3, "youngs_modulus_1s": 225e3, "reduced_modulus": 298e3}
+    moduli |= {"effective_reduced_modulus": 310e3}
+    row = {"point": "all", "method": "direct_joint", "recommended": True, "captures": captures}
+    for quantity, value in moduli.items():
+        row |= {f"{quantity}_pa": value, f"{quantity}_low_pa": 0.9 * value}
+        row |= {f"{quantity}_high_pa": 1.1 * value, f"{quantity}_verdict": "identified"}
+    nu = {"poisson_ratio": 0.4, "poisson_ratio_low": 0.25, "poisson_ratio_high": 0.49}
+    return of_captures(name, sensor, [row | nu | {"poisson_ratio_verdict": "bounded"}], **same)
+
+
+def write(folder, *rows):
+    """A results folder with a summary of the workflow's own columns."""
+    table = tables.rounded(summary([one for part in rows for one in part]))
+    put(folder, "objects.html", "report.html", "tables/resources.csv")
+    table.to_csv(folder / "summary.csv", index=False)
+
+
+def put(folder, *names):
+    for name in names:
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text("made")
+
+
+@pytest.fixture
+def ball(tmp_path):
+    rows = hertz("ball", "kinect", [25000, 27000, 32000])
+    write(tmp_path, rows, joint("ball", "kinect", captures=3))
+    return tmp_path
+
+
+def test_closing_gives_the_recommended_moduli_first_with_intervals_and_verdicts(ball):
+    lines = closing_lines(ball)
+    assert lines[0].endswith(": objects.html, report.html, summary.csv, tables/")
+    place = lines.index("ball, kinect (simulated: captures of the virtual lab)")
+    assert lines[place + 1 : place + 7] == [
+        "  effective E*  310.0 kPa (279.0 to 341.0), identified",
+        "  E at once     250.0 kPa (225.0 to 275.0), identified",
+        "  E after 1 s   225.0 kPa (202.5 to 247.5), identified",
+        "  nu            0.40 (0.25 to 0.49), bounded",
+        "  E*            298.0 kPa (268.2 to 327.8), identified",
+        "  from 3 captures",
+    ]
+    assert f"bounded: {VERDICTS['bounded']}." in lines
+    browse = f"For a browser: {ball}/report.html"
+    assert browse in lines
+    (ball / "report.html").unlink()
+    assert browse not in closing_lines(ball)
+
+
+def test_closing_of_a_recorded_object_of_ones_own(tmp_path):
+    cow = {"provenance": "recorded"}
+    place = ("toy_cow", "bench_cam")
+    write(tmp_path, hertz(*place, [25000], **cow), joint(*place, captures=1, **cow))
+    put(tmp_path, "toy_cow/report.html")
+    lines = closing_lines(tmp_path)
+    assert ", toy_cow/report.html, summary.csv" in lines[0]
+    place = lines.index("  from 1 capture")
+    assert lines[place + 1] == f"  page: {tmp_path}/toy_cow/report.html"
+    assert not [line for line in lines if "imulated" in line or "of the study's" in line]
+
+
+def test_closing_says_where_nothing_is_recommended(tmp_path):
+    only_hertz = hertz("pad", "kinect", [25000])
+    write(tmp_path, only_hertz, joint("ball", "kinect", captures=2))
+    assert "  none: no capture of it is estimated directly" in closing_lines(tmp_path)
+
+
+def test_closing_counts_the_studys_tables_and_figures(ball):
+    with ARTEFACTS.open(newline="") as stream:
+        names = [FILES[row["kind"]].format(row["id"]) for row in csv.DictReader(stream)]
+    put(ball, *names[1:])
+    assert closing_lines(ball)[1] == "60 of the study's 61 tables and figures are there."
+
+
+HEAD = "s\th:m:s\tmax_rss\tcpu_time\n"
+
+
+def written(folder, **rows):
+    """Benchmarks of rules."""
+    for name, row in rows.items():
+        path = folder / f"{name.replace('__', '/')}.tsv"
+        path.parent.mkdir(exist_ok=True, parents=True)
+        path.write_text(f"{HEAD}{row}\n")
+    return folder
+
+
+def test_jobs_are_summed_up_by_rule_and_part(tmp_path):
+    rows = {"clouds__a": "10.0\t0:00:10\t400\t8.0", "clouds__b": "30.0\t0:00:30\t300\t20.5"}
+    rows |= {"lab_capture__a": "100.0\t0:01:40\t600\t90", "lab_fidelity": "5.0\t0:00:05\t200\t4"}
+    table = resource_table(written(tmp_path / "benchmarks", **rows, summary="0.2\t0:00:00\tNA\t-"))
+    rules = ["lab_capture", "clouds", "lab_fidelity", "summary", "total", "total"]
+    assert list(table["rule"]) == rules
+    clouds = table[table["rule"] == "clouds"].iloc[0]
+    assert tuple(clouds)[1:] == ("pipeline", 2, 40.0, 30.0, 28.5, 400.0)
+    lab, pipeline = table[table["rule"] == "total"].itertuples(index=False)
+    assert (lab.part, lab.jobs, lab.total_s, lab.peak_memory_mb) == ("lab", 1, 100.0, 600.0)
+    assert (pipeline.part, pipeline.jobs, pipeline.total_s) == ("pipeline", 4, 45.2)
+    main(tmp_path)
+    text = (tmp_path / "tables/resources.md").read_text()
+    assert "| summary | pipeline | 1 | 0 | 0 | 0 |  |" in text
+
+
+def test_bad_benchmarks_are_refused(tmp_path):
+    with pytest.raises(ValueError, match="expected benchmarks of a run, found none"):
+        resource_table(tmp_path)
+    (tmp_path / "clouds.tsv").write_text("s\tmax_rss\n1\t2\n")
+    with pytest.raises(ValueError, match=r"clouds\.tsv: cpu_time: expected a column, found none"):
+        resource_table(tmp_path)
+
+
+def test_a_run_that_left_nothing_ends_in_one_line(root, tmp_path):
+    command = [sys.executable, "-m", "palpate.workflow.resources", tmp_path]
+    library = os.environ | {"PYTHONPATH": str(root / "workflow/scripts")}
+    done = subprocess.run(command, capture_output=True, text=True, env=library, check=False)
+    assert done.returncode == 1
+    line = f"error: resources: {tmp_path}/benchmarks: expected benchmarks of a run, found none\n"
+    assert done.stderr == line
+    assert not (tmp_path / "tables").exists()
+
+
+def test_the_largest_job_with_a_margin_and_twice_as_much_at_each_retry(tmp_path):
+    rows = {"track__a": "59\t0:00:59\t700.0\t20", "track__b": "61\t0:01:01\t301.0\t20"}
+    benchmarks = written(tmp_path, **rows, summary="0.4\t0:00:00\tNA\tNA")
+    asked = yaml.safe_load(requests(benchmarks))["set-resources"]
+    found = {
+        rule: [tuple(eval(text, {"attempt": n}) for text in of.values()) for n in (1, 2)]
+        for rule, of in asked.items()
+    }
+    # 1.5 x 700 + 400 MB, in steps of 100; twice 61 s and the time to read the workflow.
+    assert found == {"summary": [(400, 3), (800, 6)], "track": [(1500, 5), (3000, 10)]}
+
+
+def test_names_of_the_profile_are_rules(root):
+    profile = yaml.safe_load((root / "workflow/profiles/slurm/config.yaml").read_text())
+    text = "".join(path.read_text() for path in (root / "workflow").rglob("*.smk"))
+    rules = set(re.findall(r"^ *(?:rule|use rule \w+ as) (\w+)", text, re.MULTILINE))
+    rules |= {entry.name for entry in artefacts.ARTEFACTS}
+    assert set(profile["groups"]) <= rules
+    assert set(profile["group-components"]) <= set(profile["groups"].values())
+    assert {"track", "indentation", "direct"} <= set(profile["set-resources"])

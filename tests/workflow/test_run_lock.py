@@ -48,16 +48,11 @@ def free(monkeypatch):
 
 def begin(results, raw, made=()):
     """Begin a run that the lab makes folders of ``raw`` for."""
-    run = SimpleNamespace(
-        paths={"results": str(results), "raw": str(raw)}, lab_folders=[str(path) for path in made]
-    )
-    workflow = SimpleNamespace(
-        local_exec=True,
-        scheduler=SimpleNamespace(),
-        dag=SimpleNamespace(needrun_jobs=Counter),
-        resource_settings=SimpleNamespace(cores=None),
-    )
-    start_run(workflow, run, logging.Logger("run"))
+    paths, made = {"results": str(results), "raw": str(raw)}, [str(path) for path in made]
+    run = SimpleNamespace(paths=paths, lab_folders=made)
+    dag, cores = SimpleNamespace(needrun_jobs=Counter), SimpleNamespace(cores=None)
+    known = {"local_exec": True, "scheduler": SimpleNamespace(), "resource_settings": cores}
+    start_run(SimpleNamespace(**known, dag=dag), run, logging.Logger("run"))
 
 
 def test_a_second_run_ends_with_one_line_until_the_first_is_dead(holder, tmp_path, capsys):

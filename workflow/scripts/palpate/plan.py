@@ -18,12 +18,18 @@ from palpate import modulus
 from palpate.estimate.direct import indentation as unknown
 from palpate.estimate.direct.budget import Budget, budget_of
 from palpate.estimate.direct.contact import Contact
-from palpate.estimate.direct.deviations import Scales, scales_of
+from palpate.estimate.direct.deviations import (
+    Scales,
+    scales_of,
+    with_depth_errors,
+    with_pattern,
+)
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.indentation import (
     DirectIndentation,
     Parameters,
     SupportAxes,
+    linearised,
     residuals,
 )
 from palpate.estimate.direct.motion import tip_clearance
@@ -64,10 +70,11 @@ ELEVATION = np.deg2rad(45.0)
 DISPARITY_PX, CORNER_PX, FORCE_N, BASELINE_M = 0.02, 0.02, 0.01, 0.055
 # Of the target about the probe, until it faces the camera.
 TURNS = 36
-# Displacements err together over such a way [m], and by this part of themselves; as the lab's and
-# foreign captures of all sensors show them.
-ALIKE_M, PATTERN = 0.008, 0.02
-SEED = 0
+# As captures of the default objects show them: over such a way displacements err together [m], by
+# this part of themselves; and depths by this multiple of what is held likely.
+ALIKE_M, PATTERN, DEPTH_PATTERN = 0.008, 0.02, 2.0
+# Noises whose scatter is averaged.
+DRAWS = 4
 # A sample is in view from so far above the surface [m].
 CLEAR_M = 1e-4
 POINTS_PER_SAMPLE = 40
@@ -236,16 +243,24 @@ class Planned:
             If it goes deeper than the table, or no sample of the surface is in view.
         """
         guess, count = self._guess, protocol.captures * protocol.points
-        single = Solution((self.capture(protocol),), self.options, guess.vector, (Scales(),))
-        joint = single.with_deviations(guess.vector, first=True).with_deviations(guess.vector)
-        (one,), (line,) = joint.indentations, joint.linearised(guess.vector)
+        drawn = [self._with_deviations(self.capture(protocol, seed=seed)) for seed in range(DRAWS)]
+        each = [scales_of(one, linearised(one, guess)) for one in drawn]
+        motion, sharing = np.mean([(one.motion, one.sharing) for one in each], axis=0)
         vector = np.r_[guess.vector[: -unknown.OWN], np.zeros(unknown.OWN * count)]
-        best = Solution((one,) * count, self.options, vector, (scales_of(one, line),) * count)
+        captures, scales = (drawn[0],) * count, (Scales(float(motion), float(sharing)),) * count
+        best = Solution(captures, self.options, vector, scales)
         quantities = quantities_of(best, radius_m=protocol.radius_m)
         stated = ProbeUncertainty.of(self.probe)
         budget = budget_of(best, quantities, stated, radius_m=protocol.radius_m)
         with_nu = quantities.slopes @ best.covariance @ quantities.slopes[POISSON]
         return Forecast.of(protocol, budget, with_nu, self.poisson_ratio, self.options)
+
+    def _with_deviations(self, one: DirectIndentation) -> DirectIndentation:
+        """Deviations as its displacements show them, and of depths as captures usually do."""
+        pattern_m = DEPTH_PATTERN * self.options.depth_pattern_std_m
+        usual = self.options.model_copy(update={"depth_pattern_std_m": pattern_m})
+        one = with_depth_errors(one, self._guess, usual, likeliest=False)
+        return with_pattern(one, self._guess, usual)
 
     def varied(self, protocol: Protocol) -> Iterator[tuple[str, Forecast]]:
         """Forecasts of a protocol and of others that differ in one thing, with what that is."""
@@ -288,7 +303,7 @@ class Planned:
         contact, options = self.table.point_m, self.observation
         mesh = trimesh.Trimesh(self.template.vertices_m, self.template.faces, process=False)
         count = int(POINTS_PER_SAMPLE * mesh.area / options.spacing_m**2)
-        places, faces = trimesh.sample.sample_surface(mesh, count, seed=SEED)
+        places, faces = trimesh.sample.sample_surface(mesh, count, seed=0)
         near = np.linalg.norm(places - contact, axis=1) < options.reach_m
         normals = mesh.face_normals[faces[near]]
         closest = RestSurface(self.template).at_rest(places[near], normals, options)
@@ -304,7 +319,7 @@ class Planned:
         vector[[unknown.LOG_E, unknown.NU]] = np.log(self.youngs_modulus_pa), self.poisson_ratio
         return Parameters(vector, times_s)
 
-    def capture(self, protocol: Protocol, *, seed: int = SEED) -> DirectIndentation:
+    def capture(self, protocol: Protocol, *, seed: int = 0) -> DirectIndentation:
         """A capture by a protocol with the rig's noise, drawn with a seed.
 
         Raises

@@ -1,7 +1,11 @@
-"""Poses of a handle that is turned about its resting tip, or held free."""
+"""Poses of a handle that is turned about its tip or held free; recordings of the probe alone."""
 
 import numpy as np
+import yaml
 from scipy.spatial.transform import Rotation
+from virtual_lab.probe_experiments import record_load, record_pivot, record_stiffness
+from virtual_lab.rig import bare_bench, make_rig
+from virtual_lab.rig_errors import errors_of
 
 TIP_M, MIDDLE_M = np.array([0.03, 0.17, 0.08]), np.array([0.03, 0.02, 0.0])
 PIVOT_M = np.array([-0.01, 0.1, 0.65])
@@ -38,3 +42,19 @@ def held_free(frames=12, noise_deg=0.0, seed=0):
     poses[:, :3, :3] = turn.as_matrix()
     poses[:, :3, 3] = [0.0, 0.0, 0.6]
     return poses
+
+
+RECORDERS = {"load": record_load, "pivot": record_pivot, "stiffness": record_stiffness}
+APART = ("objects", "experiments", "simulated_block", "laser")
+
+
+def lab_film(root, folder, sensor, probe, **changed):
+    """Record the experiment that a folder is named by; gives its truth."""
+    lab = yaml.safe_load((root / "config/lab.yaml").read_text())
+    options = lab["experiments"][folder.name] | changed
+    common = {key: value for key, value in lab.items() if key not in APART}
+    common["background_frames"] = 3
+    folder.mkdir(parents=True)
+    bench = bare_bench(common, name=folder.name)
+    rig = make_rig(common, errors_of(common, {}, sensor), options["camera"], bench)
+    return RECORDERS[folder.name](folder, rig, options, probe, seed=[1])
