@@ -110,13 +110,13 @@ lint: .venv/installed
 bench: .venv/installed
 	PYTHONPATH=workflow/scripts:tests $(ONE_THREAD) $(BIN)/python tools/bench.py results/bench.csv $(sections)
 
-# Corrupted captures, files and results against tests/corpus/expected.csv (docs/reliability.md), six
+# Corrupted captures, files and results against tests/corpus/expected.csv (docs/developers.md), six
 # minutes; with=--update writes it anew, with='--match PATTERN' takes some of them.
 corpus: .venv/installed
 	$(BIN)/python tools/corpus.py $(with)
 
 # One operator or constant of palpate.vision, solid and estimate changed at a time, 40 drawn with a
-# seed: which the tests notice (docs/reliability.md); with='--seed 2 --count 10 --packages solid'.
+# seed: which the tests notice (docs/developers.md); with='--seed 2 --count 10 --packages solid'.
 mutants: .venv/installed
 	$(ONE_THREAD) $(BIN)/python tools/mutants.py $(with)
 
