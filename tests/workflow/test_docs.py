@@ -16,7 +16,7 @@ from thesis.options import StudyConfig
 from thesis.tracker.options import options_of
 
 ROOT = Path(__file__).resolve().parents[2]
-DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 THEORY = (ROOT / "docs/how_it_works.md").read_text(encoding="utf-8")
 ROOMS = {path.stem for path in (ROOT / "workflow/scripts/palpate").glob("[a-z]*")}
 WINGS = ("palpate", "virtual_lab", "thesis", "validation")
