@@ -110,13 +110,13 @@ lint: .venv/installed
 bench: .venv/installed
 	PYTHONPATH=workflow/scripts:tests $(ONE_THREAD) $(BIN)/python tools/bench.py results/bench.csv $(sections)
 
-# Corrupted captures, files and results against tests/corpus/expected.csv (docs/reliability.md), six
+# Corrupted captures, files and results against tests/corpus/expected.csv (docs/developers.md), six
 # minutes; with=--update writes it anew, with='--match PATTERN' takes some of them.
 corpus: .venv/installed
 	$(BIN)/python tools/corpus.py $(with)
 
 # One operator or constant of palpate.vision, solid and estimate changed at a time, 40 drawn with a
-# seed: which the tests notice (docs/reliability.md); with='--seed 2 --count 10 --packages solid'.
+# seed: which the tests notice (docs/developers.md); with='--seed 2 --count 10 --packages solid'.
 mutants: .venv/installed
 	$(ONE_THREAD) $(BIN)/python tools/mutants.py $(with)
 
@@ -127,9 +127,12 @@ audit: .venv/installed
 	$(PYTHON) -m venv results/.pip-audit && results/.pip-audit/bin/pip install --quiet pip-audit \
 	  && results/.pip-audit/bin/pip-audit --strict --disable-pip --require-hashes -r environment.lock
 
-# Pages that follow from the code.
-docs: .venv/installed
+# The page that follows from the code, and the site: results/site/index.html. Broken links, formulas
+# and docstrings end it; Sphinx has a lock of its own.
+docs: .venv/installed results/.sphinx/installed
 	PYTHONPATH=workflow/scripts $(BIN)/python -m thesis.options docs/options.md
+	PYTHONPATH=results/.sphinx:workflow/scripts $(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going \
+	  --doctree-dir results/.sphinx/doctrees docs results/site
 
 # From the last `make results` and `make bench`: docs/pictures holds copies, nothing drawn by hand.
 pictures:
@@ -171,9 +174,10 @@ own-object-captures: .venv/installed
 	  cp -r object.yaml template.ply bench_cam $(CURDIR)/tests/own_object/raw/toy_cow
 	find tests/own_object/raw -name '.snakemake_timestamp' -delete
 
+COMPILE := uv pip compile --python-version 3.11 --generate-hashes --no-header --no-emit-index-url
 lock:
-	uv pip compile --python-version 3.11 --generate-hashes --no-header --no-emit-index-url \
-	  environment.in -o environment.lock
+	$(COMPILE) environment.in -o environment.lock
+	$(COMPILE) docs/environment.in --constraint environment.lock -o docs/environment.lock
 
 # raw/ may hold recordings that nobody can make again: it is not touched.
 clean:
@@ -184,4 +188,10 @@ clean:
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r environment.lock
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	touch $@
+
+results/.sphinx/installed: docs/environment.lock .venv/installed
+	rm -rf results/.sphinx
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
+	  --target results/.sphinx -r docs/environment.lock
 	touch $@

@@ -19,18 +19,29 @@ def normal(name):
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-@pytest.fixture(scope="module")
-def lock(root):
-    """Entries of the lock by name, each with its version and all that follows."""
-    text = (root / "environment.lock").read_text().replace("\\\n", " ")
+def entries(path):
+    """Entries of a lock by name, each with its version and all that follows."""
+    text = path.read_text().replace("\\\n", " ")
     rows = [row for row in map(str.strip, text.splitlines()) if row and row[0] != "#"]
     return {normal(row.partition("==")[0].partition("[")[0]): row for row in rows}
 
 
-def test_every_locked_package_has_version_and_hashes(lock):
+@pytest.fixture(scope="module")
+def lock(root):
+    return entries(root / "environment.lock")
+
+
+def test_every_locked_package_has_version_and_hashes(root, lock):
     assert len(lock) > 100
     wanted = re.compile(r"[A-Za-z0-9._\[\]-]+==\S+.*--hash=sha256:[0-9a-f]{64}")
-    assert [row for row in lock.values() if not wanted.match(row)] == []
+    site = entries(root / "docs/environment.lock")
+    assert [row for row in [*lock.values(), *site.values()] if not wanted.match(row)] == []
+
+
+def test_the_site_is_built_with_the_same_versions(root, lock):
+    site = entries(root / "docs/environment.lock")
+    both = site.keys() & lock.keys()
+    assert {site[name].split()[0] for name in both} == {lock[name].split()[0] for name in both}
 
 
 def test_what_people_ask_for_is_locked(root, lock):

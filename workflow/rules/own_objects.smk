@@ -143,7 +143,7 @@ rule own_data:
         "../scripts/stages/own_data.py"
 
 
-# Of many objects a part: --batch objects=1/10, see docs/cluster.md.
+# Of many objects a part: --batch objects=1/10, see docs/developers.md.
 rule objects:
     input:
         OWN.outputs(one.name for one in OWN_FIGURES),

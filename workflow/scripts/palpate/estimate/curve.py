@@ -1,7 +1,7 @@
 """E of an object from one curve of force against depth, by the indentation table of its shape.
 
 A curve determines one modulus and no more. Poisson's ratio is uniform within what is declared, and
-the material-law parameter has a prior (docs/theory.md): both widen the interval.
+the material-law parameter has a prior (docs/how_it_works.md): both widen the interval.
 """
 
 from dataclasses import dataclass

@@ -15,7 +15,7 @@ from palpate.report.held import Held
 from palpate.report.style import sensor_name
 from palpate.units import MILLIMETRES
 
-# Of the two laws that an estimate lies between (docs/theory.md): place and name.
+# Of the two laws that an estimate lies between (docs/how_it_works.md): place and name.
 LAWS = {0.0: "neo-Hooke's", 1.0: "Blatz and Ko's"}
 # A place that is known no better is what was held likely before (direct.fit.force_law_std).
 LEAST_TOLD_STD = 0.4

@@ -10,7 +10,7 @@ from palpate.surface.options import ElasticTracking
 class Registration(Model):
     """Non-rigid registration of a template with clouds (Eq. 4.25, Section 5.2.1).
 
-    The study prints other values: with those the dent stays untracked (docs/theory.md).
+    The study prints other values: with those the dent stays untracked (docs/how_it_works.md).
     """
 
     w_data: Positive = constant(1, "weight of the data")

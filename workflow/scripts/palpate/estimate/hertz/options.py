@@ -6,7 +6,7 @@ from palpate.config.model import Length, Model, Positive, constant, option
 
 
 class Beliefs(Model):
-    """What is held likely of relaxation before a record is seen (docs/theory.md).
+    """What is held likely of relaxation before a record is seen (docs/how_it_works.md).
 
     Any split of the relaxed share among the relaxation times is as likely as any other.
     """
