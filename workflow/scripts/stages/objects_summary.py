@@ -1,7 +1,7 @@
 """Summary of all objects, of the summary of each."""
 
 import pandas as pd
-from palpate.report import outputs, table_page, tables
+from palpate.report import outputs, pages, tables
 from palpate.workflow.job import naming, run
 
 
@@ -19,7 +19,7 @@ def main(snakemake):
         found.append(table)
     whole = pd.concat(found, ignore_index=True)
     text = tables.markdown(whole, title="Summary")
-    made = {"csv": whole, "page": table_page.page(text, title="summary")}
+    made = {"csv": whole, "page": pages.page(text, title="summary")}
     outputs.write(made, snakemake.output)
 
 

@@ -7,12 +7,12 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from palpate.json_fields import read_all, read_by_folder
-from palpate.report.own_moduli import QUANTITIES
+from palpate.report.moduli_figure import QUANTITIES
 from palpate.report.panels import photo_panel
 from palpate.report.style import BLACK, GREY, PAGE_IN, finished, sensor_name
 from palpate.report.surface_figures import TrackedView, read_view, section_panel
+from validation.fidelity_figure import COLOURS
 from validation.measured import truth_of
-from validation.moduli_figure import COLOURS
 
 SHOWN = ("youngs_modulus_pa", "poisson_ratio")
 
