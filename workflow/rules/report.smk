@@ -21,6 +21,7 @@ rule summary:
         summaries=OWN.summaries(STANDING.names),
     output:
         csv=RUN.results("summary.csv"),
+        overview=RUN.results("pages/overview.csv"),
         page=report(
             RUN.results("pages/summary.html"),
             caption=CAPTION,
@@ -33,6 +34,7 @@ rule summary:
         RUN.results("benchmarks/summary.tsv")
     localrule: True
     params:
+        pages=PAGED,
         title="Summary: every capture and method",
         caption="E, nu and E* with intervals and verdicts, all moduli in Pa. The same is in"
         " ``summary.csv``.\n\nRows whose provenance is *simulated* come from the virtual lab.",

@@ -1,7 +1,9 @@
 """All objects of a run beside one another, and tracked surfaces of those without a page."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
 
 from palpate.modulus import IDENTIFIED, INTERVAL, Modulus
 from palpate.report.own_words import OF_NU, by, cells
@@ -84,20 +86,20 @@ def moduli_of(
     return found
 
 
-def overview_rows(rows: Sequence[Mapping], pages: Sequence[str]) -> Iterator[dict[str, str]]:
-    """Rows of a short table for the report, in reStructuredText.
+def overview(rows: pd.DataFrame, pages: Sequence[str]) -> pd.DataFrame:
+    """Short table of recommended rows for the report, in reStructuredText.
 
-    Of recommended rows of summary.csv, and objects with a page of their own.
+    Names of objects that have a page of their own lead to it.
     """
-    for row in rows:
-        name = title_of(row["object"])
-        link = f"`{name} <{row['object']}/report.html>`__"
-        told = {"Object": link if row["object"] in pages else name, "Recorded with": by(row)}
-        for column in ("youngs_modulus_pa", "poisson_ratio", "effective_reduced_modulus_pa"):
+    found = []
+    for row in rows.to_dict("records"):
+        name, place = title_of(row["object"]), f"{row['object']}/report.html"
+        told = {"Object": f"`{name} <{place}>`__" if row["object"] in pages else name}
+        for column, head in MODULI.items():
             modulus = Modulus.of_row(row, column)
-            label = MODULI[column].replace("*", "\\*")
-            told[label] = "" if modulus is None else f"{modulus.told()}, *{modulus.verdict}*"
-        yield told
+            told[head] = f"{modulus.told()} *{modulus.verdict}*" if modulus else ""
+        found.append(told | {"Recorded with": by(row), "Provenance": row["provenance"]})
+    return pd.DataFrame(found, columns=["Object", *MODULI.values(), "Recorded with", "Provenance"])
 
 
 def ticks(found: Sequence[Modulus]) -> list[float]:
@@ -144,11 +146,9 @@ def _line(row: Mapping, axis: Sequence[float], pages: Sequence[str]) -> dict:
 
 def _bar(modulus: Modulus, axis: Sequence[float]) -> dict:
     """Interval and value on the axis [px]; a value that is not identified is hollow."""
-    known = {"value": modulus.value, "low": modulus.low, "high": modulus.high}
-    if modulus.high is None:
-        known["low"] = None
-    bar = {key: None if one is None else _across(one, axis) for key, one in known.items()}
-    return bar | {"hollow": modulus.verdict != IDENTIFIED}
+    ends = {"low": modulus.low, "high": modulus.high} if modulus.high is not None else {}
+    bar = {key: _across(one, axis) for key, one in (ends | {"value": modulus.value}).items()}
+    return {"low": None} | bar | {"hollow": modulus.verdict != IDENTIFIED}
 
 
 def _tick(value: float) -> str:

@@ -47,13 +47,8 @@ def _why(rows: Sequence[Mapping]) -> str:
     """How far others are from what is recommended here, and why."""
     advised = [one for one in rows if one["recommended"]]
     rest = [one for one in rows if not one["recommended"]]
-    methods = [one["method"] for one in rest]
-    told = [
-        words
-        for begins, words in PRESUMED.items()
-        if any(method.startswith(begins) for method in methods)
-    ]
-    if not told:
+    there = {start for one in rest for start in PRESUMED if one["method"].startswith(start)}
+    if not (told := [words for start, words in PRESUMED.items() if start in there]):
         return ""
     apart = [100 * (part - 1) for one in rest for part in _parts_of(one, advised)]
     ends = dict.fromkeys(f"{end:+.0f}" for end in (min(apart), max(apart))) if apart else ()

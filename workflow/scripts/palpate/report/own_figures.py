@@ -100,9 +100,8 @@ OWN_FIGURES = (
     OwnFigure(
         "surface",
         title="Tracked surface",
-        caption="Maximum depth of the first capture with each sensor: the camera's picture, the"
-        " surface that follows it, and a section through the contact. Away from the probe, line"
-        " and points should coincide.",
+        caption="Maximum depth of the first capture with each sensor: the camera's picture, and a"
+        " section through the contact. Away from the probe, line and points should coincide.",
         make="palpate.report.surface_figures:make_tracked_surface",
         inputs=_tracked,
         params=lambda own: {"captures": own.first, "sensors": own.sensors},

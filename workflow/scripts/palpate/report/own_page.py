@@ -69,8 +69,8 @@ def own_page(
     ValueError
         If the summary recommends nothing.
     """
-    advised = summary[summary["recommended"]].to_dict("records")
-    if not advised:
+    recommended = summary[summary["recommended"]]
+    if recommended.empty:
         raise ValueError("recommended: expected a row for each sensor, found none")
     checked = [(one.capture, checks_of(one)) for one in held]
     figures = {
@@ -78,14 +78,14 @@ def own_page(
     }
     hertz = figures.pop(HERTZ, None)
     given = {found[name]["verdict"] for found in joints.values() for name in words.FURTHER}
-    given |= set(verdicts_in(summary[summary["recommended"]]))
-    estimates = names_of(summary[summary["recommended"]])
+    given |= set(verdicts_in(recommended))
+    estimates = names_of(recommended)
     return rendered(
         "own_page.html.j2",
         title=title_of(name),
         overview=OVERVIEW,
         simulated=SIMULATED_NOTE if (summary["provenance"] == "simulated").any() else "",
-        estimates=list(_estimates(advised, joints, held)),
+        estimates=list(_estimates(recommended.to_dict("records"), joints, held)),
         verdicts=[(one, told) for one, told in VERDICTS.items() if one in given],
         recording=recording(checked),
         passed=all(check.passed for _, checks in checked for check in checks),

@@ -1,6 +1,7 @@
 """What results follow from: versions and options of a run; probe, mesh, files of an object."""
 
 import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -127,13 +128,10 @@ def _words(name: str) -> str:
 
 def as_yaml(content: Mapping) -> str:
     """YAML of a file or of options."""
-    return yaml.safe_dump(_plain(content), sort_keys=False, width=96, allow_unicode=True).rstrip()
+    # Snakemake's own mappings are none that YAML knows.
+    plain = json.loads(json.dumps(content, default=_plain))
+    return yaml.safe_dump(plain, sort_keys=False, width=96, allow_unicode=True).rstrip()
 
 
 def _plain(value: object) -> object:
-    """Snakemake's own mappings and lists as those that YAML knows."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(part) for key, part in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(part) for part in value]
-    return value
+    return dict(value) if isinstance(value, Mapping) else str(value)

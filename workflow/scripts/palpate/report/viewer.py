@@ -98,9 +98,9 @@ def _samples(estimate: CaptureFit, shown: NDArray, middle_mm: NDArray) -> dict:
     found[0, mine], found[1, mine] = estimate.moved_m[theirs], estimate.fitted_moved_m[theirs]
     measured, computed = MILLIMETRES * found
     return {
-        "samples": _rounded((places + OUTSIDE * outward).ravel()),
-        "measured": [_rounded(row) for row in measured],
-        "computed": [_rounded(row) for row in computed],
+        "samples": (places + OUTSIDE * outward).round(DECIMALS).ravel().tolist(),
+        "measured": np.where(np.isnan(measured), None, measured.round(DECIMALS)).tolist(),
+        "computed": np.where(np.isnan(computed), None, computed.round(DECIMALS)).tolist(),
         "most_mm": round(float(np.nanpercentile(np.abs(measured), MOST)), DECIMALS),
     }
 
@@ -127,7 +127,3 @@ def _told(frame: int, count: int, force_n: float, depth_m: float) -> str:
 def _encoded(values: NDArray, kind: str) -> str:
     """Base64 of numbers in a stated order of bytes."""
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
-
-
-def _rounded(values: NDArray) -> list[float | None]:
-    return [None if np.isnan(x) else round(float(x), DECIMALS) for x in values]
