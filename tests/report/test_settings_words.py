@@ -1,46 +1,12 @@
-"""What an object's results rest on: devices, files and their checksums, presses over time."""
+"""What an object's results follow from: files by their checksums, captures over time."""
 
 import hashlib
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 from palpate.report.held import Held, press_of
-from palpate.report.settings_words import checksums, rests_on
-
-SPEC = {
-    "template": {"file": "form.ply"},
-    "support": {"plane_point_m": [0.0, 0.0, 0.01], "contact": "resting"},
-    "points": {"top": {"position_m": [0.01, 0.0, 0.0625]}},
-}
-PROBE = {"probe": "pen", "indenter": {"shape": "sphere", "radius_m": 0.004}}
-QUALITY = {"nodes": 900, "elements": 3000, "largest_gap_m": 0.0007}
-
-
-SENSOR = {"sensor": "kinect", "kind": "depth", "color": {"width_px": 640, "height_px": 480}}
-TABLE = SimpleNamespace(
-    depth_m=np.array([0.0, 0.002, 0.005]), radius_m=0.004, poisson_ratios=np.array([0.0, 0.3, 0.49])
-)
-
-
-def press(hold_s):
-    found = {"rate_hz": 29.97, "distance_m": 0.618, "time_s": np.zeros(40), "hold_s": hold_s}
-    return SimpleNamespace(capture={"sensor": "kinect"}, seconds_to=lambda depth: 1.52, **found)
-
-
-def test_devices_mesh_support_and_version_are_told():
-    held, tables = [press(0.5), press(1.0)], {"top": TABLE}
-    rows = rests_on(SPEC, PROBE, QUALITY, [SENSOR], held, tables, "1.2")
-    told = {row["setting"]: row["value"] for row in rows}
-    assert told["probe"] == "pen: sphere of radius 4 mm" and told["Palpate"] == "1.2"
-    camera = "Kinect (depth), 640 x 480 pixels, 30.0 frames a second, 0.62 m from the tip"
-    assert told["camera"].startswith(camera)
-    assert "1.5 s to maximum depth, held for 0.5 to 1.0 s" in told["indentations"]
-    assert told["indentation table"] == "top: to 5.0 mm (1.25 radii), at nu 0, 0.3, 0.49"
-    assert told["solid mesh"].startswith("900 nodes, 3000 tetrahedra, at most 0.7 mm")
-    assert "plane through (0.0, 0.0, 10.0) mm" in told["support"]
-    assert told["points"] == "top at (10.0, 0.0, 62.5) mm"
+from palpate.report.settings_words import checksums
 
 
 def test_checksums_are_those_of_files_and_follow_names_and_content(tmp_path):
