@@ -10,7 +10,6 @@ import pandas as pd
 import pytest
 import trimesh
 from browser import TELEPHONE, WIDTHS, missing, shown, wide
-from palpate.estimate.direct.result import CaptureFit
 from palpate.report.budget_bars import SOURCES
 from palpate.report.held import Held
 from palpate.report.objects_page import moduli_of, objects_page
@@ -19,13 +18,14 @@ from palpate.report.own_page import own_page
 from palpate.report.press_pictures import FOUND, Glimpse
 from palpate.report.settings_words import checksums
 from palpate.report.viewer import view
+from test_figures import capture_fit
 from test_objects_page import CAPTURE, row, tracked
 from test_objects_page import FIT as HERTZ
 from test_own_page import ADVISED, DEPTH, DIRECT, FIT, JOINT, POSES, source
 
 pytestmark = pytest.mark.skipif(missing() is not None, reason=missing() or "")
-SENSORS, CAPTURES, FRAMES = ("kinect", "my_cam"), 3, 5
-TAB, ENTER, RIGHT, LEFT, SHEETS, LARGEST_MB = "\ue004", "\ue007", "\ue014", "\ue012", 4, 8
+SENSORS, CAPTURES = ("kinect", "my_cam"), 3
+TAB, ENTER, RIGHT, SHEETS, LARGEST_MB = "\ue004", "\ue007", "\ue014", 4, 8
 FOCUSABLE = "a[href], button, input:not([type=radio]), summary, [tabindex='0']"
 SEEN = f"""
 return [...document.querySelectorAll("{FOCUSABLE}")].filter((one) => one.checkVisibility())
@@ -67,10 +67,10 @@ CLICK = """
 
 def ball():
     """A ball whose top goes down, and samples that are seen to go in and computed to come out."""
-    mesh, depth = trimesh.creation.icosphere(subdivisions=3, radius=0.04), np.linspace(0, 0.01, 5)
+    mesh, depth_m = trimesh.creation.icosphere(subdivisions=3, radius=0.04), [0.0, 0.01, 0.005]
     pose = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0.5], [0, 0, 0, 1]])
-    vertices, top = np.repeat(mesh.vertices[None], FRAMES, axis=0), mesh.vertices[:, 2] > 0.03
-    vertices[:, top, 2] -= depth[:, None]
+    vertices, top = np.repeat(mesh.vertices[None], 3, axis=0), mesh.vertices[:, 2] > 0.03
+    vertices[:, top, 2] -= np.array(depth_m)[:, None]
     surface = replace(
         tracked(),
         template_m=mesh.vertices,
@@ -79,25 +79,12 @@ def ball():
         camera_from_object=pose,
     )
     at = mesh.vertices[(mesh.vertices[:, 1] < -0.01) & ~top][::3]
-    moved = -0.02 * np.outer(depth[1:], np.ones(len(at)))
+    moved = np.full((3, len(at)), -2e-4)
     moved[:, 0] = np.nan
-    fit = CaptureFit(
-        time_s=np.arange(FRAMES) / 10,
-        tip_depth_m=depth,
-        frames=np.arange(1, FRAMES),
-        force_n=np.linspace(0.5, 2, FRAMES - 1),
-        depth_m=depth[1:],
-        fitted_depth_m=depth[1:],
-        depth_expected_std_m=np.full(FRAMES - 1, 1e-4),
-        moved_m=moved,
-        fitted_moved_m=-moved,
-        moved_expected_std_m=np.full(moved.shape, 1e-5),
-        cell_m=at,
-        contact_m=np.array([0, 0, 0.04]),
-        distance_m=np.ones(len(at)),
-    )
-    samples = {"force_n": np.linspace(0, 2, FRAMES), "depth_m": depth}
-    return surface, {"samples": samples, "range": {"last_frame": FRAMES - 1}}, fit
+    seen = {"cell_m": at, "moved_m": moved, "fitted_moved_m": -moved}
+    samples = {"force_n": [0.0, 2.0, 1.0], "depth_m": depth_m}
+    fit = {"samples": samples, "range": {"last_frame": 1}}
+    return surface, fit, replace(capture_fit(), **seen)
 
 
 def picture(width, height, end):
@@ -181,9 +168,10 @@ def test_measured_and_computed_displacements_have_their_colours_and_turn_by_keys
     assert turned == pytest.approx(10)
     own.press("#scene", "0")
     assert own.run(EYE) == pytest.approx(eye)
-    assert own.run(TOLD) == "5 of 5: 2.00 N, 10.0 mm deep, maximum depth"
-    own.press("#frame", LEFT * 3)
-    assert own.run(TOLD) == "2 of 5: 0.50 N, 2.5 mm deep"
+    # Depths are the estimate's, not those recorded.
+    assert own.run(TOLD) == "2 of 3: 2.00 N, 3.0 mm deep, maximum depth"
+    own.press("#frame", RIGHT)
+    assert own.run(TOLD) == "3 of 3: 1.00 N, 2.0 mm deep"
     assert own.errors() == []
 
 
