@@ -1,5 +1,7 @@
 """Results against a known truth: moduli, Hertz models, stages, sensors and the lab's fidelity."""
 
+from dataclasses import asdict
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -256,7 +258,7 @@ def test_intervals_stand_beside_the_truth():
         rest, rest * 0.9, ball.faces, rest[0], cloud_m=rest[rest[:, 2] > 0], photo=photo
     )
     joints = [
-        {name: {"value": x, "low": 0.9 * x, "high": 1.1 * x} for name, x in found.items()}
+        {name: asdict(Modulus(x, 0.9 * x, 1.1 * x, "bounded", "")) for name, x in found.items()}
         for found in ({"youngs_modulus_pa": E, "poisson_ratio": 0.2} for E in (26e3, 24e3))
     ]
     groups = [{"object": "ball", "sensor": name} for name in ("bumblebee", "kinect")]

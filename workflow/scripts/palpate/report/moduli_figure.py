@@ -1,7 +1,6 @@
 """Moduli of objects, a line for each capture and one for all of a sensor together."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from string import ascii_lowercase
 from typing import Any, NamedTuple
 
 import matplotlib.pyplot as plt
@@ -11,7 +10,7 @@ from matplotlib.figure import Figure
 from palpate.json_fields import read_all
 from palpate.modulus import IDENTIFIED
 from palpate.report.estimate_rows import compared
-from palpate.report.style import BLACK, BLUE, PAGE_IN, finished, panel_letter, sensor_name
+from palpate.report.style import BLACK, BLUE, PAGE_IN, finished, sensor_name
 from palpate.units import KILOPASCALS
 
 # Of a line, of what is above and below the lines of an object, and of the whole at most [in].
@@ -73,17 +72,14 @@ def moduli_figure(
     figure, axes = plt.subplots(len(rows), len(QUANTITIES), figsize=size, **look)
     for panels, (name, lines) in zip(axes, rows.items(), strict=True):
         for panel, (quantity, (label, scale)) in zip(panels, QUANTITIES.items(), strict=True):
-            _draw(panel, lines, quantity, scale)
+            draw_lines(panel, lines, quantity, scale)
             if name in truths:
                 panel.axvline(scale * truths[name][quantity], **TRUTH)
             panel.set_xlabel(label)
         if len(rows) > 1:
             panels[0].set_title(name.replace("_", " "))
-    if len(rows) > 1:
-        for panel, letter in zip(axes[:, 0], ascii_lowercase, strict=False):
-            panel_letter(panel, letter)
     if truths:
-        axes[0, -1].legend(*(one[:1] for one in axes[0, -1].get_legend_handles_labels()))
+        axes[0, -1].legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2)
     return finished(figure, {capture["provenance"] for capture in captures})
 
 
@@ -96,8 +92,8 @@ def _lines(sensor: str, singles: Sequence[tuple[str, Mapping]], joint: Mapping) 
     yield Line(name, joint, True)
 
 
-def _draw(panel: Axes, lines: Sequence[Line], quantity: str, scale: float) -> None:
-    """Intervals and values; the symbol of what is not identified is hollow."""
+def draw_lines(panel: Axes, lines: Sequence[Line], quantity: str, scale: float) -> None:
+    """Draw a quantity's intervals and values; a symbol of what is not identified is hollow."""
     for place, line in enumerate(lines):
         one = line.found[quantity]
         value, low, high = (scale * one[end] for end in ("value", "low", "high"))
