@@ -1,26 +1,16 @@
-"""The page of objects: their table on one axis, tracked surfaces, moduli, and bad input."""
+"""All objects on one axis, tracked surfaces as the viewer gets them, and bad input."""
 
 import base64
-import re
 
 import numpy as np
 import pytest
 from palpate.modulus import Modulus
-from palpate.report import objects_page
-from palpate.report.objects_table import section, ticks
+from palpate.report.objects_page import moduli_of, objects_page, ticks
+from palpate.report.viewer import MOST_FRAMES, view
 from palpate.surface.tracked import Tracked
+from test_own_page import Words
 
-TEMPLATE = (
-    "<style>@@style@@</style>@@estimates@@"
-    "<script>@@plotly@@</script><script>@@data@@</script><script>@@behaviour@@</script>"
-)
-CAPTURE = {
-    "object": "foam_block",
-    "sensor": "kinect",
-    "capture": "08",
-    "point": "08",
-    "provenance": "simulated",
-}
+CAPTURE = {"object": "foam_block", "sensor": "kinect", "capture": "08", "provenance": "simulated"}
 FIT = {
     "range": {"first_frame": 1, "last_frame": 2},
     "samples": {"force_n": [0.0, 0.5, 1.25], "depth_m": [-0.01, 0.001, 0.0042]},
@@ -28,7 +18,7 @@ FIT = {
     "recommended": {
         "reduced_modulus_pa": 24021.3,
         "reduced_modulus_interval_pa": [22560.8, 25576.4],
-        "doubts": [],
+        "doubts": ["a free side is near"],
     },
 }
 MINIMUM = {
@@ -37,6 +27,7 @@ MINIMUM = {
     "reduced_modulus_pa": 21347.0,
     "profile": {"verdict": "not identified"},
     "least_squares": {"length": {"unknown": "gaps agree over the surface"}},
+    "at_bound": True,
 }
 
 
@@ -61,116 +52,73 @@ def tracked(depths_m=(0.0, 0.001, 0.004)):
     )
 
 
-def view(surface=None, fit=FIT):
-    shown = objects_page.Shown(CAPTURE, surface or tracked(), fit, {"displacement": MINIMUM})
-    return objects_page.view(shown)
-
-
-def read_back(view):
-    steps = np.frombuffer(base64.b64decode(view["steps"]), dtype="<i2").reshape(-1, 4, 3)
-    return view["middle_mm"] + view["step_mm"] * steps.astype(float)
+def read_back(found):
+    steps = np.frombuffer(base64.b64decode(found["steps"]), dtype="<i2").reshape(-1, 4, 3)
+    return found["middle_mm"] + found["step_mm"] * steps.astype(float)
 
 
 def test_the_surface_comes_back_in_the_object_frame_in_millimetres():
-    places = read_back(view())
+    found = view(CAPTURE, tracked(), FIT)
+    places = read_back(found)
     np.testing.assert_allclose(places[0], tracked().template_m * 1e3, atol=1e-3)
     np.testing.assert_allclose(places[2, 3], [0, 0, 16], atol=1e-3)
-    found = view()
     faces = np.frombuffer(base64.b64decode(found["faces"]), dtype="<u4").reshape(-1, 3)
     np.testing.assert_array_equal(faces, tracked().faces)
-    assert found["largest_mm"] == pytest.approx(4.0)
-    assert found["deepest_frame"] == 2
-    # Displacement counts from the first frame.
-    assert view(tracked((0.002, 0.002, 0.005)))["largest_mm"] == pytest.approx(3.0)
-    # No depth before contact.
-    assert view()["frames"] == ["0.00 N", "0.50 N, 1.0 mm deep", "1.25 N, 4.2 mm deep"]
+    assert found["largest_mm"] == pytest.approx(4.0) and found["deepest_frame"] == 2
+    # Displacement counts from the first frame; there is no depth before contact.
+    assert view(CAPTURE, tracked((0.002, 0.002, 0.005)), FIT)["largest_mm"] == pytest.approx(3.0)
+    assert found["frames"] == ["1 of 3: 0.00 N", "2 of 3: 0.50 N, 1.0 mm deep"] + [
+        "3 of 3: 1.25 N, 4.2 mm deep"
+    ]
 
 
-def test_moduli_carry_interval_and_verdict():
-    rows = view()["moduli"]
-    assert [row["reduced"] for row in rows] == ["28.7 kPa", "24.0 kPa (22.6 to 25.6)", "21.3 kPa"]
-    assert rows[2]["E"] == "20.0 kPa"
-    assert rows[2]["nu"] == "0.25"
-    assert rows[2]["verdict"] == "not identified (gaps agree over the surface)"
-    row = objects_page.moduli(FIT, {"displacement": MINIMUM | {"at_bound": True}})[2]
-    assert row["E"] == "20.0 kPa (at a bound)" and row["nu"] == "0.25 (at a bound)"
-    assert row["reduced"] == "21.3 kPa (at a bound)"
-
-
-def test_the_page_is_the_same_and_no_part_ends_its_script():
-    parts = {"behaviour": "f()", "plotly": "'</script>'", "tracker": "</script>"}
-    pages = {objects_page.page(TEMPLATE, views=[view()], **parts) for _ in range(2)}
-    assert len(pages) == 1
-    assert pages.pop().count("</script>") == 3
-
-
-def test_a_doubtful_model_says_why():
-    line = "a free side 6 mm from the press takes some 22 % of the force: trust the direct estimate"
-    doubtful = FIT | {"recommended": FIT["recommended"] | {"doubts": [line]}}
-    assert objects_page.moduli(doubtful, {})[1]["verdict"] == line
-    assert objects_page.moduli(FIT, {})[1]["verdict"] == ""
+def test_of_many_frames_some_are_shown_the_first_and_the_deepest_among_them():
+    count = 101
+    depths = np.linspace(0, 0.004, count)
+    samples = {"force_n": depths * 300, "depth_m": depths}
+    found = view(CAPTURE, tracked(depths), FIT | {"samples": samples, "range": {"last_frame": 51}})
+    assert found["frames"][found["deepest_frame"]].startswith("52 of 101: ")
+    assert len(found["frames"]) == MOST_FRAMES + 1 == len(read_back(found))
+    np.testing.assert_allclose(read_back(found)[0], tracked().template_m * 1e3, atol=1e-3)
 
 
 def test_input_that_does_not_fit():
-    with pytest.raises(ValueError, match="template: expected @@data@@ once, found it 0 times"):
-        objects_page.page(
-            TEMPLATE.replace("@@data@@", ""), behaviour="", plotly="", views=[], tracker="study"
-        )
     samples = {"force_n": [0.0], "depth_m": [0.0]}
     with pytest.raises(ValueError, match="samples: expected 3, one for each frame, found 1"):
-        view(fit=FIT | {"samples": samples})
+        view(CAPTURE, tracked(), FIT | {"samples": samples})
     with pytest.raises(ValueError, match="vertices_m: expected finite places"):
-        view(tracked((0.0, np.nan, 0.004)))
-
-
-def test_what_is_recommended_stands_first():
-    row = {"sensor": "kinect", "capture": "all", "captures": 3}
-    row |= {"youngs_modulus_pa": 38120.0, "youngs_modulus_low_pa": 35000.0}
-    row |= {"youngs_modulus_high_pa": 41049.0, "youngs_modulus_verdict": "identified"}
-    row |= {"poisson_ratio": 0.384, "poisson_ratio_verdict": "bounded"}
-    shown = objects_page.Shown(CAPTURE, tracked(), FIT, {"displacement": MINIMUM}, row)
-    first, *others = objects_page.view(shown)["moduli"]
-    assert first["method"] == "Recommended, by Kinect and 3 captures"
-    assert first["E"] == "38.1 kPa (35.0 to 41.0)" and "only limits" in first["verdict"]
-    assert others == view()["moduli"]
+        view(CAPTURE, tracked((0.0, np.nan, 0.004)), FIT)
 
 
 ROW = {"object": "toy_cow", "sensor": "kinect", "capture": "all", "captures": 3}
+ROW |= {"provenance": "recorded"}
 
 
 def row(young_pa, ratio=1.2, **changes):
     """Recommended row of summary.csv whose interval is this wide to either side."""
     young = Modulus.of_pascals(young_pa, young_pa / ratio, young_pa * ratio)
-    nu = Modulus(0.38, 0.3, 0.45, "identified", "1")
+    nu = Modulus(0.38, 0.3, 0.45, "bounded", "1")
     return ROW | young.cells("youngs_modulus_pa") | nu.cells("poisson_ratio") | changes
 
 
-def places(text):
-    """Middles of the dots and ends of the intervals [px]."""
-    dots = [float(one) for one in re.findall(r'cx="([\d.]+)"', text)]
-    ends = re.findall(r'class="interval" d="M([\d.]+) [\d.]+H([\d.]+)', text)
-    return np.array(dots), np.array(ends, float)
+def test_moduli_by_method_carry_interval_verdict_and_bound():
+    advised, hertz, chosen, searched = moduli_of(FIT, {"displacement": MINIMUM}, row(38120.0))
+    assert advised["E"] == "38.1 kPa (31.8 to 45.7)" and "only limits" in [*advised.values()][-1]
+    assert hertz["E*"] == "28.7 kPa" and hertz["E"] == ""
+    assert chosen["E*"] == "24.0 kPa (22.6 to 25.6)"
+    assert [*chosen.values()][-1] == "a free side is near"
+    assert searched["E"] == "20.0 kPa (at a bound)" and searched["nu"] == "0.25 (at a bound)"
+    assert [*searched.values()][-1] == "not identified (gaps agree over the surface)"
 
 
-def test_one_estimate_is_no_table_and_names_stay_text():
-    assert section([]) == section([row(20e3)]) == ""
-    assert "A&lt;b" in section([row(20e3), row(40e3, object="a<b")])
-    assert 'href="a&amp;b/report.html">A&amp;b</a>' in section([], ["a&b"])
-
-
-def test_bars_share_a_logarithmic_axis():
-    dots, ends = places(section([row(1e3), row(10e3), row(100e3)]))
-    assert dots[1] - dots[0] == pytest.approx(dots[2] - dots[1], abs=0.1)
-    halves = np.log(1.2) / np.log(10) * (dots[1] - dots[0])
-    np.testing.assert_allclose(ends, np.add.outer(dots, [-halves, halves]), atol=0.2)
-
-
-def test_an_object_without_e_has_no_bar_and_one_without_interval_none_about_its_dot():
-    bare = {"youngs_modulus_low_pa": np.nan, "youngs_modulus_high_pa": np.nan}
-    text = section([ROW, row(20e3) | bare])
-    dots, ends = places(text)
-    assert len(dots) == 1 and len(ends) == 0
-    assert "<svg" not in section([ROW, ROW])
+def test_the_table_of_objects_has_values_verdicts_and_links_and_names_stay_text():
+    found = objects_page([row(20e3), row(40e3, object="a<b"), ROW], pages=["toy_cow", "x&y"])
+    assert 'href="toy_cow/report.html"' in found and 'href="x&amp;y/report.html"' in found
+    assert found.count('class="dot') == 2 and 'id="scene"' not in found
+    text = Words(found).text
+    assert "20.0 kPa (16.7 to 24.0) identified" in text and "0.38 (0.30 to 0.45) bounded" in text
+    assert "A<b" in text and "Kinect, 3 captures" in text and "Simulated" not in text
+    assert "1 of 1" in Words(objects_page([row(20e3, provenance="simulated")])).text
 
 
 @pytest.mark.parametrize(

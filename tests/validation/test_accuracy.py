@@ -1,5 +1,7 @@
 """Results against a known truth: moduli, Hertz models, stages, sensors and the lab's fidelity."""
 
+from dataclasses import asdict
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -10,7 +12,7 @@ from palpate.report import tables
 from palpate.report.estimate_rows import row, summary
 from palpate.report.surface_figures import TrackedView
 from validation import captures, fidelity, hertz, published_noise
-from validation.estimates import accuracy_table, coverage_table
+from validation.estimates import accuracy_table, accuracy_text, coverage_table
 from validation.measured import relaxed_part, truth_of
 from validation.overview import overview
 from validation.sensors import workspace_rows
@@ -70,6 +72,21 @@ def test_errors_and_coverage():
     assert short.loc[("all", "all", "direct_joint"), "poisson_ratio_coverage"] == 1.0
     assert short.loc[("foam", "kinect", "direct"), "poisson_ratio_identified"] == 1.0
     assert pd.isna(short.loc[("foam", "kinect", "hertz"), "poisson_ratio_median_error"])
+
+
+def test_accuracy_as_people_read_it_has_value_interval_truth_and_whether_it_holds():
+    star = {"reduced_modulus_pa": Modulus(21000.0, None, None, None, "Pa")}
+    rows = [estimate("direct", 22000.0, 0.4), estimate("direct_joint", 20500.0, 0.31)]
+    rows[1]["recommended"] = True
+    table = summary([*rows, row(CAPTURE, "hertz", star)])
+    text = accuracy_text(table, {"foam": MATERIAL})
+    lines = [line.split(" | ") for line in text.splitlines() if line.startswith("| ")]
+    truth, joint, direct, hertz = (dict(zip(lines[0], line, strict=True)) for line in lines[1:])
+    E = "E at once (kPa)"
+    assert truth[E] == "20.0" and truth["nu"] == "0.30"
+    assert joint[E] == "20.5 (19.5 to 21.5) ✓" and "| **direct joint**" in joint.values()
+    assert direct[E] == "22.0 (21.0 to 23.0) ✗" and direct["nu"] == "0.40 (0.35 to 0.45) ✗"
+    assert hertz[E] == "" and [*hertz.values()][-1] == "21.0 |"
 
 
 def model(indenter, contact, modulus, half_width):
@@ -241,7 +258,7 @@ def test_intervals_stand_beside_the_truth():
         rest, rest * 0.9, ball.faces, rest[0], cloud_m=rest[rest[:, 2] > 0], photo=photo
     )
     joints = [
-        {name: {"value": x, "low": 0.9 * x, "high": 1.1 * x} for name, x in found.items()}
+        {name: asdict(Modulus(x, 0.9 * x, 1.1 * x, "bounded", "")) for name, x in found.items()}
         for found in ({"youngs_modulus_pa": E, "poisson_ratio": 0.2} for E in (26e3, 24e3))
     ]
     groups = [{"object": "ball", "sensor": name} for name in ("bumblebee", "kinect")]

@@ -146,14 +146,15 @@ def test_the_run_is_the_objects_alone(results):
 @pytest.mark.long
 def test_its_page_shows_it(results):
     page = (results / f"{NAME}/report.html").read_text()
-    assert page.count('src="data:image/png;base64,') == 5
-    # Three frames twice, and the deepest on the first screen.
-    assert page.count('src="data:image/jpeg;base64,') == 7
-    assert "no such object was pressed" in page
-    assert "What to improve next" in page and "all 12 checks of 2 captures passed" in page
+    assert page.count('src="data:image/webp;base64,') == 5
+    # Three frames twice.
+    assert page.count('src="data:image/jpeg;base64,') == 6
+    assert "no such object was indented" in page
+    assert "What to improve next" in page and "All 12 checks of 2 captures passed" in page
     assert "direct, all captures together" in page
-    assert "http" not in re.sub(r"base64,[^\"]*", "", page)
-    links = re.findall(r'href="([^"]*)"', page)
+    body = re.sub(r"<script>.*?</script>", "", page, flags=re.DOTALL)
+    assert not re.search(r'(?:src|href)="(?:http|//)', body)
+    links = re.findall(r'href="([^"]*)"', body)
     assert links and all((results / NAME / link).is_file() for link in links)
     for name in ("moduli", "fit", "known", "hertz_fit", "surface"):
         assert (results / f"{NAME}/figures/{name}.png").stat().st_size > 20_000

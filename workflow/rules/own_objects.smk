@@ -88,8 +88,6 @@ rule own_report:
         optics=OWN.optics,
         tracked=OWN.files(OWN.first, f"tracked-{RUN.tracker}.npz"),
         fitted=OWN.joint("fitted.npz"),
-        style=str(PROJECT / "workflow/report/own_page.css"),
-        behaviour=str(PROJECT / "workflow/report/own_page.js"),
     output:
         page=RUN.results("{object}/report.html"),
     log:

@@ -6,8 +6,14 @@ from thesis.selections import Selection
 report: "../report/workflow.rst"
 
 
-SHOWN = [*Selection(RUN).objects_shown(), *STANDING.tracked()]
-MINIMISED_BEFORE = RUN.with_minima(STANDING.tracked())
+# Surfaces of objects with a page of their own are on that.
+PAGED = [*OWN.paged, *STANDING.paged]
+OF_RUN, BEFORE = (
+    [capture for capture in shown if capture["object"] not in PAGED]
+    for shown in (Selection(RUN).objects_shown(), STANDING.tracked())
+)
+SHOWN = [*OF_RUN, *BEFORE]
+MINIMISED_BEFORE = RUN.with_minima(BEFORE)
 
 
 rule summary:
@@ -15,6 +21,7 @@ rule summary:
         summaries=OWN.summaries(STANDING.names),
     output:
         csv=RUN.results("summary.csv"),
+        overview=RUN.results("pages/overview.csv"),
         page=report(
             RUN.results("pages/summary.html"),
             caption=CAPTION,
@@ -27,6 +34,7 @@ rule summary:
         RUN.results("benchmarks/summary.tsv")
     localrule: True
     params:
+        pages=PAGED,
         title="Summary: every capture and method",
         caption="E, nu and E* with intervals and verdicts, all moduli in Pa. The same is in"
         " ``summary.csv``.\n\nRows whose provenance is *simulated* come from the virtual lab.",
@@ -66,12 +74,10 @@ rule configuration:
 
 rule objects_page:
     input:
-        page=str(PROJECT / "workflow/report/objects.html"),
-        behaviour=str(PROJECT / "workflow/report/objects.js"),
         tracked=RUN.files(SHOWN, f"tracked-{RUN.tracker}.npz"),
         fits=RUN.files(SHOWN, "hertz.json"),
         summary=RUN.results("summary.csv"),
-        minima=RUN.minima_of(Selection(RUN).objects_shown())
+        minima=RUN.minima_of(OF_RUN)
         + RUN.files(MINIMISED_BEFORE, *RUN.minima),
     output:
         page=RUN.results("objects.html"),
@@ -84,7 +90,7 @@ rule objects_page:
         minimised=[*RUN.described("minimised"), *MINIMISED_BEFORE],
         errors=RUN.errors,
         tracker=RUN.tracker,
-        pages=[*OWN.paged, *STANDING.paged],
+        pages=PAGED,
     message:
         "Tracked objects in three dimensions"
     script:

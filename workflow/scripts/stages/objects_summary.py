@@ -1,7 +1,10 @@
 """Summary of all objects, of the summary of each."""
 
+from io import StringIO
+
 import pandas as pd
-from palpate.report import outputs, table_page, tables
+from palpate.report import outputs, pages, tables
+from palpate.report.objects_page import overview
 from palpate.workflow.job import naming, run
 
 
@@ -19,7 +22,9 @@ def main(snakemake):
         found.append(table)
     whole = pd.concat(found, ignore_index=True)
     text = tables.markdown(whole, title="Summary")
-    made = {"csv": whole, "page": table_page.page(text, title="summary")}
+    numbers = pd.read_csv(StringIO(whole.to_csv(index=False)), dtype={"capture": str})
+    made = {"csv": whole, "page": pages.page(text, title="summary")}
+    made["overview"] = overview(numbers[numbers["recommended"]], snakemake.params.pages)
     outputs.write(made, snakemake.output)
 
 

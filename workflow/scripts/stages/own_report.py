@@ -11,12 +11,11 @@ from palpate.estimate.direct.result import load_fitted
 from palpate.json_fields import read_all, read_by_folder
 from palpate.report.estimate_rows import compared
 from palpate.report.held import Held, named
-from palpate.report.other_methods import HERTZ
-from palpate.report.own_page import CAPTIONS, own_page
+from palpate.report.own_figures import OWN_FIGURES
+from palpate.report.own_page import own_page
 from palpate.report.press_pictures import Frames, glimpses
-from palpate.report.settings_words import checksums, rests_on, told_whole
-from palpate.report.table_page import table
-from palpate.report.turning_view import view_of
+from palpate.report.settings_words import as_yaml, checksums, rests_on
+from palpate.report.viewer import view
 from palpate.solid.indentation_table import load_indentation
 from palpate.surface.tracked import load_tracked
 from palpate.vision.camera import camera_from_spec, with_calibration
@@ -33,52 +32,54 @@ def main(snakemake):
     estimated = zip(params.groups, map(load_fitted, inputs.fitted), strict=True)
     fits = {group["sensor"]: fitted for group, fitted in estimated}
     mine = [fits[one["sensor"]][one["capture"]] for one in params.captures]
-    files = read_all(inputs.fits), read_all(inputs.direct), map(read_table, inputs.poses)
+    found = read_all(inputs.fits), read_all(inputs.direct), map(read_table, inputs.poses)
     fitted = [one.tip_depth_m for one in mine], [one.frames for one in mine]
-    held = [Held(*of_one) for of_one in zip(params.captures, *files, *fitted, strict=True)]
+    held = [Held(*of_one) for of_one in zip(params.captures, *found, *fitted, strict=True)]
     known = {named(one.capture): one for one in held}
     firsts = [known[named(capture)] for capture in params.first]
     direct = [one.direct for one in held]
     joints = compared(params.captures, direct, params.groups, read_all(inputs.joint))[1]
     spec, _ = read_declared(inputs.object)
+    files = {"object": spec, "probe": params.probe, "direct.fit": params.options}
     summary = pd.read_csv(inputs.summary, dtype={"capture": str, "point": str})
     with naming(inputs.summary):
         text = own_page(
             snakemake.wildcards.object,
             summary,
             held,
-            pictures={one: Path(inputs[one]).read_bytes() for one in (*CAPTIONS, HERTZ)},
+            pictures={one.name: Path(inputs[one.name]).read_bytes() for one in OWN_FIGURES},
             glimpses=list(pictures_of(inputs, params.sensors, firsts)),
-            joints={g["sensor"]: found for g, found in zip(params.groups, joints, strict=True)},
+            joints={g["sensor"]: one for g, one in zip(params.groups, joints, strict=True)},
             settings=settings_of(inputs, params, spec, held),
-            files=told_whole(object=spec, probe=params.probe, direct_estimate=params.options),
-            style=Path(inputs.style).read_text(encoding="utf-8"),
-            views=dict(views_of(inputs.tracked, firsts, fits)),
-            behaviour=Path(inputs.behaviour).read_text(encoding="utf-8"),
-            overview="../objects.html",
+            checksums=checksums(files_of(inputs, params)),
+            files={name: as_yaml(content) for name, content in files.items()},
+            views=list(views_of(inputs.tracked, firsts, fits)),
         )
     write_text(snakemake.output.page, text)
 
 
 def settings_of(inputs, params, spec, held):
-    """What the estimates were made with, in Markdown."""
+    """What the estimates were made with, as rows."""
     (quality,) = read_all([inputs.quality])
+    tables = dict(zip(params.points, map(load_indentation, inputs.tables), strict=True))
+    return rests_on(spec, params.probe, quality, params.sensors, held, tables, params.version)
+
+
+def files_of(inputs, params):
+    """Files and folders whose checksums are on the page, by what they are called there."""
     captures = {named(one): path for one, path in zip(params.captures, inputs.folders, strict=True)}
     joints = zip(params.groups, inputs.joint, strict=True)
     estimates = {f"direct.json of {group['sensor']}": path for group, path in joints}
     found = {Path(inputs[name]).name: inputs[name] for name in ("object", "solid", "summary")}
-    tables = dict(zip(params.points, map(load_indentation, inputs.tables), strict=True))
-    rows = rests_on(spec, params.probe, quality, params.sensors, held, tables, params.version)
-    return "\n".join([*table(rows), "", *table(checksums(found | estimates | captures))])
+    return found | estimates | captures
 
 
 def views_of(paths, firsts, fits):
-    """The dent of the first capture with each sensor."""
+    """The surface of the first capture with each sensor, with what was measured and computed."""
     for one, path in zip(firsts, paths, strict=True):
         fit = fits[one.capture["sensor"]][one.capture["capture"]]
         with naming(path):
-            view = view_of(load_tracked(path), fit, one.fit["samples"]["force_n"])
-        yield named(one.capture), view
+            yield view(one.capture, load_tracked(path), one.fit, fit)
 
 
 def pictures_of(inputs, sensors, firsts):

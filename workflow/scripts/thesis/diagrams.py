@@ -22,6 +22,7 @@ from thesis.views import View
 
 # One size of type for all that stands in a picture [pt].
 TEXT_PT = 7.5
+POINTS_PER_INCH, LETTER_DEPTH_PT = 72, 1.8
 NOTE = {"fontsize": TEXT_PT, "color": "0.35"}
 HALO = [Stroke(linewidth=2.6, foreground="white"), Normal()]
 BOTH_WAYS = style.ARROW | {"arrowstyle": "<|-|>,head_width=0.14,head_length=0.28", "lw": 0.7}
@@ -157,7 +158,16 @@ def write(
 ) -> None:
     """Text some points away from a place, legible over what it crosses."""
     look = {"fontsize": TEXT_PT, "path_effects": HALO, "zorder": 6} | look
-    style.beside(axes, place, text, np.asarray(side, float), points, **look)
+    offset = points * np.asarray(side, float) / np.linalg.norm(side)
+    across = "left" if offset[0] > 3 else "right" if offset[0] < -3 else "center"
+    axes.annotate(text, place, offset, textcoords="offset points", ha=across, va="center", **look)
+
+
+def entitle(axes: Axes, title: str, letter: str) -> None:
+    """Title on the line of the panel's letter, which stands by the axes' height."""
+    height_in = axes.get_position().height * axes.figure.get_figheight()
+    axes.set_title(title, pad=0.04 * height_in * POINTS_PER_INCH + LETTER_DEPTH_PT)
+    style.panel_letter(axes, letter)
 
 
 def dimension(

@@ -5,9 +5,12 @@ from typing import Any
 
 import pandas as pd
 from palpate.json_fields import read_by_folder
-from palpate.modulus import IDENTIFIED, LABELS
+from palpate.markdown import rows_of
+from palpate.modulus import IDENTIFIED, LABELS, Modulus
 from palpate.report import outputs, tables
-from validation.measured import measured_moduli
+from palpate.report.style import sensor_name
+from palpate.units import KILOPASCALS
+from validation.measured import measured_moduli, truth_of
 
 TITLE = "E and nu against the virtual lab's truth"
 SHORT_TITLE = "Errors and coverage of the intervals, by object, sensor and method"
@@ -15,6 +18,12 @@ NOTES = (
     "true_youngs_modulus_pa is the instantaneous modulus; true_youngs_modulus_1s_pa is what a step"
     " of strain leaves of it after a second, as the material relaxes while it is pressed.",
     "Errors of moduli are relative, those of Poisson's ratio absolute; intervals are at 95 %.",
+)
+PAGE_NOTES = (
+    "Moduli in kPa, with 95 % intervals: ✓ holds the truth, ✗ does not. E at once is the"
+    " instantaneous modulus. Bold is the recommended estimate. All columns are in accuracy.csv.",
+    "All captures are simulated: they come from the virtual lab, not from recordings.",
+    tables.AT_BOUND_NOTE,
 )
 FIRST = ["object", "sensor", "point", "method", "youngs_modulus_pa", "true_youngs_modulus_pa"]
 FIRST += ["poisson_ratio", "true_poisson_ratio"]
@@ -32,7 +41,7 @@ def make_accuracy(inputs: Any, params: Any) -> dict:
     rows = pd.read_csv(inputs.summary, dtype={"capture": str, "point": str})
     rows = rows[rows["object"].isin(materials)]
     whole = tables.rounded(accuracy_table(rows, materials))
-    long = outputs.table(whole, title=TITLE, more_notes=NOTES)
+    long = {"csv": whole, "md": accuracy_text(rows, materials)}
     summed = outputs.table(coverage_table(rows, materials), title=SHORT_TITLE, more_notes=NOTES)
     return long | {"summary": summed["csv"], "summary_md": summed["md"]}
 
@@ -62,6 +71,31 @@ def accuracy_table(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> pd.D
     return table[[*FIRST, *(name for name in table.columns if name not in FIRST)]]
 
 
+def accuracy_text(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> str:
+    """Estimates beside the truth in Markdown, a table for each object.
+
+    Parameters
+    ----------
+    rows, materials : DataFrame and mapping
+        As of `accuracy_table`.
+    """
+    lines = [f"# {TITLE}", "", *PAGE_NOTES, ""]
+    heads = [label + " (kPa)" * name.endswith("_pa") for name, label in LABELS.items()]
+    for name, mine in rows.groupby("object", sort=False):
+        truth = truth_of(materials[name])
+        cells = [["truth", "", *(_number(truth[of], of) for of in LABELS)]]
+        for row in mine.sort_values("recommended", ascending=False, kind="stable").to_dict(
+            "records"
+        ):
+            bold = "**" * bool(row["recommended"])
+            method = f"{bold}{row['method'].replace('_', ' ')}{bold}{tables.bound_mark(row)}"
+            of = f"{sensor_name(row['sensor'])} {row['capture']}"
+            cells.append([method, of, *(_cell(row, quantity, truth) for quantity in LABELS)])
+        lines += [f"## {name.replace('_', ' ').capitalize()}", ""]
+        lines += [*rows_of(["method", "of", *heads], cells), ""]
+    return "\n".join(lines)
+
+
 def coverage_table(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> pd.DataFrame:
     """Errors and coverage of the intervals by object, sensor and method, and over all.
 
@@ -88,3 +122,23 @@ def coverage_table(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> pd.D
     short["poisson_ratio_identified"] = ratio["identified"].mean()
     short["provenance"] = first["provenance"].first()
     return short.reset_index().drop(columns="level")
+
+
+def _cell(row: Mapping, quantity: str, truth: Mapping[str, float]) -> str:
+    """Value and interval, and whether that holds the truth."""
+    one, true = Modulus.of_row(row, quantity), truth[quantity]
+    if one is None:
+        return ""
+    text = _number(one.value, quantity)
+    if one.low is None:
+        return text
+    low, high = (_number(end, quantity) for end in (one.low, one.high))
+    mark = "" if pd.isna(true) else " ✓" if one.low <= true <= one.high else " ✗"
+    return f"{text} ({low} to {high}){mark}"
+
+
+def _number(value: float | None, quantity: str) -> str:
+    """Kilopascals, or Poisson's ratio; nothing for what is not known."""
+    if value is None or pd.isna(value):
+        return ""
+    return f"{KILOPASCALS * value:.1f}" if quantity.endswith("_pa") else f"{value:.2f}"

@@ -12,12 +12,12 @@ from palpate.report.style import (
     BLUE,
     GREEN,
     GREY,
+    ORANGE,
     PAGE_IN,
     label_provenance,
     panel_letter,
     sensor_name,
 )
-from validation.moduli_figure import COLOURS
 from validation.published_noise import (
     REAL_PLANES_MM,
     disparity_std_px,
@@ -26,6 +26,8 @@ from validation.published_noise import (
     product_px_m,
     stereo_noise_m,
 )
+
+COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
 
 
 def fidelity_figure(

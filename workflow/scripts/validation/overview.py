@@ -1,18 +1,16 @@
-"""The tool in one picture: a press, the dent as the camera saw it, E and nu against the truth."""
+"""The tool in one picture: an indentation, its section, E and nu against the truth."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib.pyplot as plt
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from palpate.json_fields import read_all, read_by_folder
-from palpate.report.own_moduli import QUANTITIES
+from palpate.report.moduli_figure import QUANTITIES, Line, draw_lines
 from palpate.report.panels import photo_panel
-from palpate.report.style import BLACK, GREY, PAGE_IN, finished, sensor_name
+from palpate.report.style import BLACK, PAGE_IN, finished, sensor_name
 from palpate.report.surface_figures import TrackedView, read_view, section_panel
 from validation.measured import truth_of
-from validation.moduli_figure import COLOURS
 
 SHOWN = ("youngs_modulus_pa", "poisson_ratio")
 
@@ -51,30 +49,19 @@ def overview(
     grid = figure.add_gridspec(2, 3, width_ratios=(1.3, 1.5, 1))
     photo, section = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[:, 1])
     photo_panel(photo, view.photo)
-    photo.set_title("A press", y=1.02)
+    photo.set_title("An indentation", y=1.02)
     section_panel(section, view)
-    section.set_title("Its dent, as the camera saw it")
+    section.set_title("Section through it")
     section.set_xlabel("From the contact (mm)")
     section.legend(loc="lower center", fontsize=6, handlelength=1.4, ncols=3, columnspacing=1)
+    found = zip(groups, joints, strict=True)
+    lines = [Line(sensor_name(group["sensor"]), joint, True) for group, joint in found]
     for row, quantity in enumerate(SHOWN):
         label, scale = QUANTITIES[quantity]
         panel = figure.add_subplot(grid[row, 2])
-        _intervals(panel, groups, joints, quantity, scale)
+        draw_lines(panel, lines, quantity, scale)
         panel.axvline(truth[quantity] * scale, color=BLACK, lw=0.8, ls="--", zorder=0)
         panel.set_xlabel(label)
         if row == 0:
-            panel.set_title("Its stiffness")
+            panel.set_title("Moduli")
     return finished(figure, {capture["provenance"]})
-
-
-def _intervals(
-    panel: Axes, groups: Sequence[Mapping], joints: Sequence[Mapping], quantity: str, scale: float
-) -> None:
-    """Value and 95 % interval of each sensor, a line each."""
-    for place, (group, joint) in enumerate(zip(groups, joints, strict=True)):
-        value, low, high = (scale * joint[quantity][end] for end in ("value", "low", "high"))
-        colour = COLOURS.get(group["sensor"], GREY)
-        panel.plot([low, high], [-place] * 2, color=colour, lw=2.2, solid_capstyle="butt")
-        panel.plot(value, -place, marker="D", ms=4, color=colour)
-    panel.set_yticks([-k for k in range(len(groups))], [sensor_name(g["sensor"]) for g in groups])
-    panel.set_ylim(0.6 - len(groups), 0.4)

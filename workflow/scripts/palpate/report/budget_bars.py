@@ -1,8 +1,6 @@
-"""What makes an interval wide, as bars, and what to improve next in words."""
+"""Uncertainty budget of an estimate: shares of the variance, and what to improve next."""
 
-import re
 from collections.abc import Mapping, Sequence
-from html import escape
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +8,7 @@ from numpy.typing import NDArray
 
 from palpate.estimate.direct.options import CONFIGURED, OBSERVED
 from palpate.estimate.direct.prior import RATIO, STEPS
-from palpate.units import readable
+from palpate.units import PERCENT, readable
 
 # Contributions that are shown, and what they are called.
 SHOWN = {
@@ -34,36 +32,36 @@ class Words(NamedTuple):
 
 
 FINER = (
-    "Compute force and surface with finer finite elements (`direct.model.edge_m`), and state what"
-    " they are off by then (`direct.fit.model_std`)."
+    "Compute force and surface with finer finite elements (`direct.model.edge_m`), and state their"
+    " error then (`direct.fit.model_std`)."
 )
 # By the source's name in uncertainty_budget.csv.
 SOURCES = {
     "law of the force": Words(
         "law of the force",
-        "Press in smaller steps from the first touch on: how the force bends with depth tells how"
-        " the material stiffens.",
-        "of the way between the laws",
+        "Indent in smaller steps from the first touch on: the curvature of force over depth"
+        " determines how the material stiffens.",
+        "of the material-law parameter",
     ),
     "law of the motion": Words(
-        "law of the surface's motion",
-        "Let the camera see more of the surface beside the tip. Where the object bears more, press"
+        "law of the surface displacement",
+        "Let the camera see more of the surface beside the tip. Where the object bears it, indent"
         " deeper too, with a larger `deepest_m` in `object.yaml`.",
-        "of the way between the laws",
+        "of the material-law parameter",
     ),
     "scale of the camera": Words(
         "scale of the camera's distances",
-        "Calibrate the camera with a board at the object's distance.",
+        "Calibrate the camera with a target at the object's distance.",
         "% of all distances",
     ),
     "relaxing shares": Words(
-        "how much of E relaxes",
-        "Press faster, then hold still at the deepest for 10 s or more.",
+        "relaxation amplitudes",
+        "Indent faster, then hold still at maximum depth for 10 s or more.",
         "% of E at each time",
     ),
     STEPS: Words(
-        "when it relaxes",
-        "Hold still at the deepest for 10 s or more: slow relaxing needs time to show.",
+        "relaxation times",
+        "Hold still at maximum depth for 10 s or more: slow relaxation needs time to show.",
         "% of E from time to time",
     ),
     RATIO: Words(
@@ -72,20 +70,20 @@ SOURCES = {
         "of nu",
     ),
     "zero of the depth": Words(
-        "where the tip first touches",
+        "offset of the depth",
         "Scan the object again for its template, and measure the tip's place on the probe: the fit"
-        " has to guess where the surface was touched.",
+        " has to find where the surface was touched.",
     ),
     "clocks": Words(
-        "clocks of camera and force", "Press more slowly, or let one clock time camera and force."
+        "clocks of camera and force", "Indent more slowly, or let one clock time camera and force."
     ),
     "clock of the camera": Words(
         "clocks of poses and camera",
-        "Press more slowly, or let one clock time camera and poses, and state how well it does"
+        "Indent more slowly, or let one clock time camera and poses, and state how well it does"
         " (`base.clock_offset_std_s` in the sensor's file).",
     ),
     "zero of the motion": Words(
-        "the surface at rest", "Film more frames before the press, with nothing moving."
+        "the surface at rest", "Record more frames before the touch, with nothing moving."
     ),
     "tip of the probe": Words(
         "place of the ball's centre in the target's frame",
@@ -98,25 +96,25 @@ SOURCES = {
     ),
     "place of the contact": Words(
         "place of the contact",
-        "Mark the point on the object and declare it more exactly, and press where the surface is"
+        "Mark the point on the object and declare it more exactly, and indent where the surface is"
         " even.",
     ),
-    "sinking": Words("the object sinking", "Put the object on something that does not give way."),
-    "rocking": Words("the object rocking", "Hold the object so that it cannot tilt."),
+    "sinking": Words("support compliance: sinking", "Put the object on something stiff."),
+    "rocking": Words("support compliance: rocking", "Fix the object so that it cannot tilt."),
     "noise of the motion": Words(
-        "noise of the surface's motion",
+        "noise of the surface displacement",
         "Bring the camera closer, light the object evenly, and record more frames or captures: the"
-        " motion of the surface is known no better than the depth pictures.",
+        " displacement is known no better than the depth images.",
     ),
     "noise of the depth": Words(
-        "noise of the tip's depth",
-        "Keep the probe's board in full view and near the camera, and record more frames or"
-        " captures: the tip's depth is known no better than the board's pose.",
+        "noise of the indentation depth",
+        "Keep the probe's target in full view and near the camera, and record more frames or"
+        " captures: the depth is known no better than the target's pose.",
     ),
     "captures apart": Words(
         "captures that differ",
-        "Record more captures at the same point, with the same hand and the same rest between them:"
-        " those there are differ by more than their noise.",
+        "Record more captures at the same point, at the same speed and with the same pause between"
+        " them: those there are differ by more than their noise.",
         "% of a modulus",
     ),
     "scale of the force": Words(
@@ -125,7 +123,7 @@ SOURCES = {
         "% of all forces",
     ),
     "zero of the force": Words(
-        "zero of the force sensor",
+        "offset of the force sensor",
         "Record the force for some seconds before the touch, in the probe's pose.",
     ),
     "drift of the force": Words(
@@ -136,56 +134,60 @@ SOURCES = {
     ),
     "curvature of the template": Words(
         "curvature of the scanned form",
-        "Scan the object again, finer around the point that is pressed.",
+        "Scan the object again, finer around the point of contact.",
     ),
     "compliance of the probe": Words(
-        "bending of the probe", "Press the probe against something hard to measure how it bends."
+        "compliance of the probe", "Measure it: `palpate calibrate stiffness` (docs/rig.md)."
     ),
     "indentation table: force": Words("finite elements: force", FINER, "% of E"),
-    "indentation table: motion": Words("finite elements: surface's motion", FINER, "of nu"),
+    "indentation table: motion": Words("finite elements: displacement", FINER, "of nu"),
     "friction at the sphere": Words(
         "friction at the sphere", "Wet or oil the sphere, or dust it with talc.", "% of E"
     ),
     "indentation table: base friction": Words(
-        "finite elements: friction at the base",
+        "finite elements: base friction",
         "Bond the object to its base: the friction there is not known.",
         "of nu",
     ),
 }
 
 
-def bars(rows: Sequence[Mapping]) -> str:
-    """Sources of a budget (`Budget.rows`) as bars, and advice for the largest, in HTML.
+def bars(rows: Sequence[Mapping]) -> dict:
+    """What a page shows of a budget (`Budget.rows`), as text and shares of the variance.
 
-    A bar is a source's share of the variance.
+    Returns
+    -------
+    dict
+        ``wholes``: name and standard uncertainty of each quantity that is shown; ``sources``, the
+        largest first, each with ``name``, ``size`` and ``parts``, its share of each [%]; and
+        ``advice``, what to do about the largest sources and for what.
     """
     shares = _shares(rows)
     most = shares.max(axis=0)
     order = np.argsort(-most, kind="stable")
     seen = [k for k in order if most[k] >= LEAST_SHARE]
-    # On a narrow screen each bar has a head of its own.
-    heads = "".join(f"<span>share of {label}</span>" for label in SHOWN.values())
-    lines = [
-        _legend(rows),
-        '<ul class="budget">',
-        f'<li class="heads"><span>source</span><span>known to</span>{heads}</li>',
-        *(_source(rows[k], shares[:, k]) for k in seen),
+    sources = [
+        {"name": SOURCES[rows[k]["source"]].name, "size": _size(rows[k]), "parts": shares[:, k]}
+        for k in seen
     ]
     if len(seen) < len(rows):
-        rest = _parts(1 - shares[:, seen].sum(axis=1))
-        lines.append(f'<li><b>all others</b><span class="size"></span>{rest}</li>')
-    return "\n".join([*lines, "</ul>", *_advice(rows, shares, order)])
+        rest = 1 - shares[:, seen].sum(axis=1)
+        sources.append({"name": "all others", "size": "", "parts": rest})
+    for one in sources:
+        one["parts"] = (PERCENT * one["parts"]).tolist()
+    wholes = [(label, _whole(rows, name)) for name, label in SHOWN.items()]
+    return {"wholes": wholes, "sources": sources, "advice": _advice(rows, shares, order)}
 
 
 def largest(rows: Sequence[Mapping]) -> str:
-    """One sentence with the largest source of each quantity's doubt, and its share."""
+    """One sentence with the largest source of each quantity's uncertainty, and its share."""
     of: dict[str, list[str]] = {}
     for label, shares in zip(SHOWN.values(), _shares(rows), strict=True):
         at = int(np.argmax(shares))
         name = SOURCES[rows[at]["source"]].name
         of.setdefault(name, []).append(f"{100 * shares[at]:.0f} % of {label}")
     told = ", ".join(f"{source} ({', '.join(parts)})" for source, parts in of.items())
-    return f"What limits it most, by its share of the variance: {told}."
+    return f"Largest sources of uncertainty, by share of the variance: {told}."
 
 
 def _shares(rows: Sequence[Mapping]) -> NDArray:
@@ -194,48 +196,30 @@ def _shares(rows: Sequence[Mapping]) -> NDArray:
     return squares / np.maximum(squares.sum(axis=1, keepdims=True), 1e-300)
 
 
-def _legend(rows: Sequence[Mapping]) -> str:
-    """What the bars are parts of."""
-    wholes = []
-    for at, (name, label) in enumerate(SHOWN.items()):
-        std = float(np.sqrt(sum(row[name] ** 2 for row in rows)))
-        told = f"{std:.3f}" if name.endswith("ratio") else f"{100 * std:.1f} %"
-        wholes.append(f'<span class="key q{at}">{label}: ±{told}</span>')
-    return (
-        f"<p>Standard uncertainty: {' '.join(wholes)}<br>A bar is a source's share of the"
-        " variance, the square of that; the largest share of any comes first.</p>"
-    )
+def _whole(rows: Sequence[Mapping], name: str) -> str:
+    """Standard uncertainty of a quantity by all sources."""
+    std = float(np.sqrt(sum(row[name] ** 2 for row in rows)))
+    return f"{std:.3f}" if name.endswith("ratio") else f"{PERCENT * std:.1f} %"
 
 
-def _source(row: Mapping, shares: NDArray) -> str:
-    words = SOURCES[row["source"]]
-    size = _size(row["standard_uncertainty"], row["unit"], words.of)
-    size += f", {row['origin']}" if row["origin"] not in (CONFIGURED, OBSERVED) else ""
-    return f'<li><b>{escape(words.name)}</b><span class="size">±{size}</span>{_parts(shares)}</li>'
-
-
-def _parts(shares: NDArray) -> str:
-    """A bar for each quantity."""
-    parts = zip(SHOWN.values(), 100 * shares, strict=True)
-    return "".join(
-        f'<span class="bar"><span class="of">{label}</span><span class="track">'
-        f'<span class="fill q{at}" style="width:{part:.1f}%"></span></span>'
-        f'<span class="part">{part:.0f} %</span></span>'
-        for at, (label, part) in enumerate(parts)
-    )
-
-
-def _size(std: float, unit: str, of: str) -> str:
+def _size(row: Mapping) -> str:
     """A standard uncertainty in the unit in which it is read best, or what it is a part of."""
+    std, unit, of = row["standard_uncertainty"], row["unit"], SOURCES[row["source"]].of
+    origin = f", {row['origin']}" if row["origin"] not in (CONFIGURED, OBSERVED) else ""
     if unit == "1":
-        return f"{100 * std if of.startswith('%') else std:.2g} {of}"
+        return f"±{_two_digits(PERCENT * std if of.startswith('%') else std)} {of}{origin}"
     own, _, per = unit.partition("/")
     scale, better = readable(std, own) if own in READABLE else (1.0, own.replace("1", ""))
-    return f"{scale * std:.2g} {better}{f'/{per}' * bool(per)}"
+    return f"±{_two_digits(scale * std)} {better}{f'/{per}' * bool(per)}{origin}"
 
 
-def _advice(rows: Sequence[Mapping], shares: NDArray, order: NDArray) -> list[str]:
-    """What to do about the largest sources and for what, each sentence once."""
+def _two_digits(value: float) -> str:
+    """Two digits that count, without an exponent where there are few others."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
+def _advice(rows: Sequence[Mapping], shares: NDArray, order: NDArray) -> dict[str, str]:
+    """What to do about the largest sources, each sentence once, and for what."""
     found: dict[str, str] = {}
     for at in order:
         parts = zip(SHOWN.values(), shares[:, at], strict=True)
@@ -243,7 +227,5 @@ def _advice(rows: Sequence[Mapping], shares: NDArray, order: NDArray) -> list[st
         if len(found) == MOST_ADVICE or not helped:
             break
         words = SOURCES[rows[at]["source"]]
-        advice = re.sub("`(.+?)`", r"<code>\1</code>", escape(words.advice, quote=False))
-        found.setdefault(advice, f"for {', '.join(helped)}: {words.name}")
-    items = [f"<li>{told} <i>({escape(of)})</i></li>" for told, of in found.items()]
-    return ["<h3>What to improve next</h3>", '<ol class="advice">', *items, "</ol>"]
+        found.setdefault(words.advice, f"for {', '.join(helped)}: {words.name}")
+    return found

@@ -1,4 +1,4 @@
-"""An object's tables for other programmes: links, and their description as a data package.
+"""An object's tables for other programs: links, and their description as a data package.
 
 Specification of Frictionless Data Packages (data package, tabular data resource, table schema),
 version 1: https://specs.frictionlessdata.io.
@@ -6,13 +6,11 @@ version 1: https://specs.frictionlessdata.io.
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import pandas as pd
 from pandas.io.json import build_table_schema
-
-from palpate.report.material_cards import PROGRAMMES
 
 # Ends of the columns' names, the longest first, and the units that they stand for.
 UNITS = {
@@ -70,10 +68,7 @@ TITLES = {
     "force.csv": "Force on the object in each frame, camera frame",
 }
 DESCRIBED = "What each of their columns is, and its unit (a Frictionless Data Package)"
-EXPORTED = (
-    "The recommended estimate as the material of a programme of finite elements, intervals and"
-    " doubts in its comment; from a shell in the project's folder, with {others} as well:"
-)
+BUDGET = "uncertainty_budget.csv"
 NOT_A_NAME = re.compile(r"[^a-z0-9._-]+")
 
 
@@ -92,24 +87,15 @@ def data_package(name: str, folder: str | Path, tables: Mapping[str, pd.DataFram
     }
 
 
-def data(name: str, estimates: Sequence[str], sensors: Sequence[str]) -> str:
-    """Links from an object's page to its tables, and what exports its material, in Markdown.
+def links_of(sensors: Iterable[str]) -> dict[str, str]:
+    """Tables beside an object's page, by their place, and what each is.
 
-    The tables are not read: a run makes them beside the page. Of the object, as its folder is
-    called, what its recommended estimates are called (`material.names_of`), and sensors with a
-    budget.
+    A run makes them, they are not read here; sensors are those with a budget.
     """
-    tables = {place: told for place, told in TITLES.items() if place.startswith("data/")}
-    tables["summary.csv"] = TITLES["summary.csv"]
-    budget = "uncertainty_budget.csv"
-    tables |= {f"{sensor}/{budget}": TITLES[budget] for sensor in sensors}
-    tables["datapackage.json"] = DESCRIBED
-    links = [f"- [{place}](<{place}>): {told}." for place, told in tables.items()]
-    which = [f" --sensor {one}" for one in estimates] if len(estimates) > 1 else [""]
-    first, *others = PROGRAMMES
-    commands = [f"palpate export {name}{one} --to {first}" for one in which]
-    told = EXPORTED.format(others=" or ".join(others))
-    return "\n".join([*links, "", told, "", "```", *commands, "```"])
+    names = [place for place in TITLES if place.startswith("data/")] + ["summary.csv"]
+    links = {place: TITLES[place] for place in names}
+    links |= {f"{sensor}/{BUDGET}": TITLES[BUDGET] for sensor in sensors}
+    return links | {"datapackage.json": DESCRIBED}
 
 
 def _resource(place: str, table: pd.DataFrame) -> dict:

@@ -31,7 +31,7 @@ RINGS = 16
 BAND = {"color": to_rgba(style.GREY, 0.25), "lw": 0}
 OUTSIDE = {"va": "top", "fontsize": 6.5, "color": style.GREY}
 REGIONS = {
-    "force": (style.BLUE, "depth of the tip alone"),
+    "force": (style.BLUE, "depth alone"),
     "surface": (style.ORANGE, "surface alone"),
     "both": (style.GREEN, "both"),
 }
@@ -83,7 +83,7 @@ def fits(titles: Sequence[str], fitted: Iterable[Mapping[Any, CaptureFit]]) -> F
         _force(force, force_left, captures)
         _motion(motion, motion_left, captures)
         force.set_title(title)
-        motion.set_title("motion of the surface, deepest frame")
+        motion.set_title("surface displacement, maximum depth")
     return figure
 
 
@@ -101,7 +101,7 @@ def known(sensors: Sequence[str], estimates: Sequence[Mapping], ends_s: Sequence
         _law(law, found["law"]["force"])
         _relaxing(over_time, found, end_s)
         plane.set_title(f"{style.sensor_name(sensor)}: E and nu")
-        law.set_title("law of the force")
+        law.set_title("material law")
         over_time.set_title("E over time")
     return figure
 
@@ -133,7 +133,7 @@ def _motion(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
     _zoom(axes, seen, told)
     _zoom(left, seen - told, np.zeros(1))
     axes.set_ylabel("outward (mm)")
-    _below(axes, left, "distance from the touch (mm)")
+    _below(axes, left, "distance from the contact (mm)")
 
 
 def _by_ring(away: NDArray, std: NDArray) -> tuple[NDArray, NDArray]:
@@ -175,7 +175,7 @@ def _below(axes: Axes, left: Axes, label: str) -> None:
     left.set(xlabel=label, ylabel="residual (mm)", xlim=axes.get_xlim())
     axes.tick_params(labelbottom=False)
     # The first two lines; those of further captures look alike.
-    axes.legend(["seen", "computed"])
+    axes.legend(["measured", "computed"])
 
 
 def _regions(axes: Axes, found: Mapping) -> None:
@@ -207,7 +207,7 @@ def _law(axes: Axes, law: Mapping) -> None:
         axes.axvline(at, color=style.BLACK, lw=0.8, ls="--")
         side = "right" if at < 0.5 else "left"
         axes.annotate(" " + name.removesuffix("'s") + " ", (at, 0.46), ha=side, fontsize=6.5)
-    axes.set(xlabel="place between the laws", ylabel="how likely", ylim=(0, 0.52), yticks=[])
+    axes.set(xlabel="material-law parameter", ylabel="how likely", ylim=(0, 0.52), yticks=[])
 
 
 def _relaxing(axes: Axes, found: Mapping, end_s: float) -> None:

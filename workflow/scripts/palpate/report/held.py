@@ -1,4 +1,4 @@
-"""What there is of one capture, its press over time, and whether its recording was all right."""
+"""What there is of one capture, its indentation over time, and the quality of its recording."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,14 +16,14 @@ from palpate.units import MILLIMETRES
 from palpate.vision.probe import ALONG_STD, TIP
 
 FRAMES_NOTE = (
-    "Compared are the frames in which the force has begun, to the end of the hold: those before"
-    " say how the object lies at rest. The probe has to be found from the touch to the deepest."
+    "Compared are the frames from the first force to the end of the hold: those before determine"
+    " the surface at rest. The probe has to be found from the touch to maximum depth."
 )
 # Ratios of a recording and the largest that are good.
 RATIOS = {
-    "motion of the surface differs from the computed one, over what noise explains": 3.0,
-    "depth of the tip scatters, over what the probe's poses explain": RESTLESS,
-    "force begins beside the surface, over how well tip and surface are known": FAR_ZERO,
+    "residual of the surface displacement, over what noise explains": 3.0,
+    "scatter of the indentation depth, over what the probe's poses explain": RESTLESS,
+    "offset of the depth, over its stated uncertainty": FAR_ZERO,
 }
 
 
@@ -115,9 +115,9 @@ def checks_of(held: Held) -> list[Check]:
     return [
         Check("probe found from touch to maximum depth", found, "all", bool(seen.all())),
         *(Check(w, f"{x:.1f} times", f"up to {most:g} times", x <= most) for w, most, x in judged),
-        Check("frames too deep for what was computed, left out", left_out, "0", beyond == 0),
+        Check("frames beyond the indentation table, left out", left_out, "0", beyond == 0),
         *([_clocks(own)] if "camera_clock_s" in own else []),
-        Check("search for the moduli ended", "yes" if ended else "no", "yes", ended),
+        Check("fit converged", "yes" if ended else "no", "yes", ended),
     ]
 
 
@@ -132,9 +132,9 @@ def _clocks(own: Mapping) -> Check:
 
 
 def recording(checked: Sequence[tuple[Mapping, Sequence[Check]]]) -> str:
-    """One line that says whether recordings were all right."""
+    """One line that says whether recordings passed their checks."""
     bad = [
-        f"{named(capture)} ({check.what}: {check.found}, good is {check.good})"
+        f"{named(capture)} ({check.what}: {check.found}, expected {check.good})"
         for capture, checks in checked
         for check in checks
         if not check.passed
@@ -142,8 +142,8 @@ def recording(checked: Sequence[tuple[Mapping, Sequence[Check]]]) -> str:
     count = sum(len(checks) for _, checks in checked)
     captures = "one capture" if len(checked) == 1 else f"{len(checked)} captures"
     if not bad:
-        return f"The recording was all right: all {count} checks of {captures} passed."
-    return f"Look at the recording: {len(bad)} of {count} checks failed: " + "; ".join(bad) + "."
+        return f"All {count} checks of {captures} passed."
+    return f"{len(bad)} of {count} checks of the recording failed: " + "; ".join(bad) + "."
 
 
 def rows(checked: Sequence[tuple[Mapping, Sequence[Check]]]) -> list[dict[str, str]]:
@@ -152,7 +152,7 @@ def rows(checked: Sequence[tuple[Mapping, Sequence[Check]]]) -> list[dict[str, s
     empty = dict.fromkeys((named(capture) for capture, _ in checked), "")
     for capture, checks in checked:
         for one in checks:
-            row = found.setdefault(one.what, {"check": one.what, "good is": one.good} | empty)
+            row = found.setdefault(one.what, {"check": one.what, "expected": one.good} | empty)
             row[named(capture)] = f"{'✓' if one.passed else '✗'} {one.found}"
     return list(found.values())
 
@@ -177,13 +177,13 @@ def press_of(held: Held) -> dict[str, str]:
     return {
         "capture": named(held.capture),
         "frames": str(len(force)),
-        "of them compared": str(held.direct["frames"][0]),
-        "to the deepest (s)": f"{held.seconds_to(np.inf):.1f}",
-        "held there (s)": f"{held.hold_s:.1f}",
-        "greatest force (N)": f"{max(force):.2f}",
-        "greatest depth (mm)": f"{depth * MILLIMETRES:.1f}",
-        "depth over radius of the tip": f"{depth / fit['radius_m']:.2f}",
-        "points of the surface compared": str(held.direct["residuals"][0]["cells"]),
+        "frames compared": str(held.direct["frames"][0]),
+        "loading (s)": f"{held.seconds_to(np.inf):.1f}",
+        "hold (s)": f"{held.hold_s:.1f}",
+        "maximum force (N)": f"{max(force):.2f}",
+        "maximum depth (mm)": f"{depth * MILLIMETRES:.1f}",
+        "depth over radius": f"{depth / fit['radius_m']:.2f}",
+        "surface samples compared": str(held.direct["residuals"][0]["cells"]),
     }
 
 

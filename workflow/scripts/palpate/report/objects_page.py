@@ -1,165 +1,162 @@
-"""Tracked objects in three dimensions: one page that needs nothing from elsewhere."""
+"""All objects of a run beside one another, and tracked surfaces of those without a page."""
 
-import base64
-import json
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
+import pandas as pd
 
-from palpate.modulus import INTERVAL, Modulus
-from palpate.report.own_words import OF_NU, by
-from palpate.report.style import ERROR_NAMES, sensor_name
-from palpate.report.table_page import STYLE
-from palpate.report.tables import bound_mark
-from palpate.surface.pose import to_object
-from palpate.surface.tracked import Tracked
-from palpate.units import MILLIMETRES
+from palpate.modulus import IDENTIFIED, INTERVAL, Modulus
+from palpate.report.own_words import OF_NU, by, cells
+from palpate.report.pages import rendered, title_of
+from palpate.report.style import ERROR_NAMES
+from palpate.report.viewer import plotly
+from palpate.units import readable
 
-# Coordinates are kept as whole steps of the object's extent, with room at both ends.
-LARGEST_STEP = 32_000
-# Of the table of moduli.
-COLUMNS = {"E": "youngs_modulus_pa", "nu": "poisson_ratio", "reduced": "reduced_modulus_pa"}
+YOUNG = "youngs_modulus_pa"
+# Columns with a modulus, and their heads.
+MODULI = {YOUNG: "E", "poisson_ratio": "nu", "effective_reduced_modulus_pa": "Effective E*"}
+COMPARED = {YOUNG: "E", "poisson_ratio": "nu", "reduced_modulus_pa": "E*"}
+# The axis: labels that have room on it, its steps within a decade, and its size on the screen [px].
+MOST_TICKS, STEPS = 5, (1, 2, 5)
+WIDTH, HEIGHT, MARGIN = 252, 22, 24
+SIMULATED_NOTE = "Simulated: {} of {} estimates are of captures of the virtual lab, not recordings."
 
 
-@dataclass(frozen=True)
-class Shown:
-    """One capture on the page: ``object``, ``sensor``, ``capture``, ``point``, ``provenance``.
+def objects_page(
+    rows: Sequence[Mapping],
+    *,
+    pages: Sequence[str] = (),
+    views: Sequence[Mapping] = (),
+    moduli: Sequence[Sequence[Mapping[str, str]]] = (),
+    tracker: str = "",
+) -> str:
+    """Write the page of all objects, in HTML.
 
-    With its hertz.json, whose samples hold force and depth of each frame, minimise-<error>.json by
-    error option, and the recommended row of summary.csv of its object and sensor, if there is one.
+    Parameters
+    ----------
+    rows : sequence of mapping
+        Recommended rows of summary.csv, a line each.
+    pages : sequence of str
+        Objects that have a page of their own, to which their names lead.
+    views, moduli : sequences
+        Tracked surfaces, of `viewer.view`, and of each the rows of `moduli_of`.
+    tracker : str
+        Whose surfaces they are.
     """
+    young = (Modulus.of_row(row, YOUNG) for row in rows)
+    axis = ticks([one for one in young if one])
+    simulated = sum(row["provenance"] == "simulated" for row in rows)
+    labelled = [{"x": _across(tick, axis), "text": _tick(tick)} for tick in axis]
+    return rendered(
+        "objects.html.j2",
+        title="Objects",
+        simulated=SIMULATED_NOTE.format(simulated, len(rows)) if simulated else "",
+        axis={"width": WIDTH, "height": HEIGHT, "ticks": labelled},
+        heads=[*MODULI.values(), "Recorded with"],
+        lines=[_line(row, axis, pages) for row in rows],
+        others=[name for name in pages if name not in {row["object"] for row in rows}],
+        views=views,
+        moduli=moduli,
+        tracker=tracker,
+        plotly=plotly() if views else "",
+    )
 
-    capture: Mapping
-    tracked: Tracked
-    fit: Mapping
-    minima: Mapping[str, Mapping]
-    advised: Mapping | None = None
 
+def moduli_of(
+    fit: Mapping, minima: Mapping[str, Mapping], advised: Mapping | None = None
+) -> list[dict[str, str]]:
+    """Moduli of a capture by method, as text, with what is to be said of nu.
 
-def view(shown: Shown) -> dict:
-    """What the page gets of one capture.
-
-    ``title``, ``provenance``; ``steps`` (base64 of int16, frame by vertex by axis), ``step_mm`` and
-    ``middle_mm`` that take them to the object frame, ``faces`` (base64 of uint32); ``frames``
-    (force and depth of each, as text), ``deepest_frame``, ``largest_mm``: the greatest displacement
-    there, and ``moduli``: rows of text.
-
-    Raises
-    ------
-    ValueError
-        If the fit has not as many samples as the surface has frames, or a vertex is not finite.
+    Of its hertz.json, its minimise-<error>.json by error option, and the recommended row of
+    summary.csv of its object and sensor, if there is one.
     """
-    tracked, samples = shown.tracked, shown.fit["samples"]
-    count = len(tracked.vertices_m)
-    if (found := len(samples["force_n"])) != count:
-        raise ValueError(f"samples: expected {count}, one for each frame, found {found}")
-    deepest = int(shown.fit["range"]["last_frame"])
-    steps, step_mm, middle_mm = in_steps(tracked)
-    # Since the first frame, as the moduli are estimated.
-    moved = tracked.vertices_m[deepest] - tracked.vertices_m[0]
-    moved_mm = np.linalg.norm(moved, axis=1) * MILLIMETRES
-    name = shown.capture["object"].replace("_", " ").capitalize()
-    rows = moduli(shown.fit, shown.minima)
-    if (advised := shown.advised) is not None:
+    star, found = fit["recommended"], []
+    if advised is not None:
         verdict = OF_NU.get(advised["poisson_ratio_verdict"], "")
-        rows = [_row(f"Recommended, by {by(advised)}", advised, verdict), *rows]
-    return {
-        "title": f"{name}, point {shown.capture['point']}, {sensor_name(shown.capture['sensor'])}",
-        "provenance": shown.capture["provenance"],
-        "steps": encoded(steps, "<i2"),
-        "step_mm": step_mm,
-        "middle_mm": middle_mm.tolist(),
-        "faces": encoded(tracked.faces, "<u4"),
-        "vertices": len(tracked.template_m),
-        "frames": [
-            f"{force:.2f} N" + f", {depth * MILLIMETRES:.1f} mm deep" * (depth > 0)
-            for force, depth in zip(samples["force_n"], samples["depth_m"], strict=True)
-        ],
-        "deepest_frame": deepest,
-        "largest_mm": float(moved_mm.max().round(3)),
-        "moduli": rows,
-    }
-
-
-def in_steps(tracked: Tracked) -> tuple[NDArray, float, NDArray]:
-    """Vertices of all frames in the object frame as whole steps about their middle.
-
-    Steps (f, n, 3) int, the length of a step [mm], a 64,000th of the object's greatest extent, and
-    the middle (3,) [mm].
-
-    Raises
-    ------
-    ValueError
-        If a vertex is not finite.
-    """
-    places = to_object(tracked.camera_from_object, tracked.vertices_m) * MILLIMETRES
-    if not np.isfinite(places).all():
-        raise ValueError("vertices_m: expected finite places, found others")
-    low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
-    middle = (low + high) / 2
-    step = float((high - low).max() / (2 * LARGEST_STEP))
-    return np.rint((places - middle) / step).astype(int), step, middle
-
-
-def moduli(fit: Mapping, minima: Mapping[str, Mapping]) -> list[dict[str, str]]:
-    """Moduli of a capture by method, as text, with what is to be said of nu."""
-    advised = fit["recommended"]
-    ends = advised["reduced_modulus_interval_pa"]
-    star = Modulus(advised["reduced_modulus_pa"], *ends, INTERVAL, "Pa").cells("reduced_modulus_pa")
-    rows = [
-        _row("Hertz fit (Eq. 5.1)", fit["study"]),
-        _row("Recommended contact model", star, "; ".join(advised["doubts"])),
-    ]
+        found.append(_row(f"Recommended, {by(advised)}", advised, verdict))
+    ends = star["reduced_modulus_interval_pa"]
+    interval = Modulus(star["reduced_modulus_pa"], *ends, INTERVAL, "Pa")
+    found.append(_row("Hertz fit (Eq. 5.1)", fit["study"]))
+    warnings = "; ".join(star["doubts"])
+    found.append(_row("Recommended contact model", interval.cells("reduced_modulus_pa"), warnings))
     for error, minimum in minima.items():
         reason = minimum["least_squares"]["length"]["unknown"]
         verdict = minimum["profile"]["verdict"] + (f" ({reason})" if reason else "")
-        rows.append(_row(f"Minimisation, {ERROR_NAMES[error]} error", minimum, verdict))
-    return rows
+        found.append(_row(f"Minimisation, {ERROR_NAMES[error]} error", minimum, verdict))
+    return found
 
 
-def page(
-    template: str,
-    *,
-    behaviour: str,
-    plotly: str,
-    views: Sequence[Mapping],
-    tracker: str,
-    estimates: str = "",
-) -> str:
-    """Put style, views, their behaviour and the plotting library into the page.
+def overview(rows: pd.DataFrame, pages: Sequence[str]) -> pd.DataFrame:
+    """Short table of recommended rows for the report, in reStructuredText.
 
-    The template is HTML with the places ``@@name@@``, behaviour and plotly are scripts, views are
-    as `view` gives them, and ``estimates`` as `objects_table.section` does; ``tracker`` says whose
-    surfaces they are. The same views give the same page.
+    Names of objects that have a page of their own lead to it.
     """
-    parts = {
-        "@@style@@": STYLE,
-        "@@estimates@@": estimates,
-        "@@plotly@@": plotly.replace("</script", "<\\/script"),
-        "@@behaviour@@": behaviour,
-        "@@data@@": as_script({"tracker": tracker, "views": list(views)}),
-    }
-    for place, part in parts.items():
-        if (found := template.count(place)) != 1:
-            raise ValueError(f"template: expected {place} once, found it {found} times")
-        template = template.replace(place, part)
-    return template
+    found = []
+    for row in rows.to_dict("records"):
+        name, place = title_of(row["object"]), f"{row['object']}/report.html"
+        told = {"Object": f"`{name} <{place}>`__" if row["object"] in pages else name}
+        for column, head in MODULI.items():
+            modulus = Modulus.of_row(row, column)
+            told[head] = f"{modulus.told()} *{modulus.verdict}*" if modulus else ""
+        found.append(told | {"Recorded with": by(row), "Provenance": row["provenance"]})
+    return pd.DataFrame(found, columns=["Object", *MODULI.values(), "Recorded with", "Provenance"])
+
+
+def ticks(found: Sequence[Modulus]) -> list[float]:
+    """Round values on a logarithmic axis that holds all moduli and intervals, rising [Pa].
+
+    The first and the last are the axis' ends. Steps of 1, 2 and 5, or decades, or several decades,
+    whichever are few enough to be labelled. Nothing for no moduli.
+    """
+    ends = [end for one in found for end in (one.value, one.low, one.high) if end is not None]
+    if not ends:
+        return []
+    low, high = min(ends), max(ends)
+    first, last = math.floor(math.log10(low)), math.floor(math.log10(high)) + 1
+    fine = [step * 10.0**power for power in range(first, last + 1) for step in STEPS]
+    start = max(at for at, tick in enumerate(fine) if tick <= low)
+    stop = min(at for at, tick in enumerate(fine) if tick >= high and at > start)
+    if stop - start < MOST_TICKS:
+        return fine[start : stop + 1]
+    width = math.ceil((last - first) / (MOST_TICKS - 1))
+    return [10.0**power for power in range(first, last + width, width)]
 
 
 def _row(method: str, found: Mapping, verdict: str = "") -> dict[str, str]:
     """Row of the table of moduli; whether a bound ended the search for them."""
-    moduli = {key: Modulus.of_row(found, name) for key, name in COLUMNS.items()}
-    told = {key: one.told() + bound_mark(found) if one else "" for key, one in moduli.items()}
-    return told | {"method": method, "verdict": verdict}
+    told = {"Method": method}
+    for name, head in COMPARED.items():
+        one = cells(Modulus.of_row(found, name), found)
+        interval = f" ({one['interval']})" if one and one["interval"] else ""
+        told[head] = one["value"] + interval if one else ""
+    return told | {"Verdict on nu, warnings": verdict}
 
 
-def as_script(data: Mapping) -> str:
-    """JSON that may stand in a page's script."""
-    return json.dumps(data).replace("<", "\\u003c")
+def _line(row: Mapping, axis: Sequence[float], pages: Sequence[str]) -> dict:
+    """An estimate of the table of all objects."""
+    name, young = row["object"], Modulus.of_row(row, YOUNG)
+    return {
+        "title": title_of(name),
+        "link": f"{name}/report.html" if name in pages else "",
+        "bar": _bar(young, axis) if young else None,
+        "moduli": [cells(Modulus.of_row(row, column)) for column in MODULI],
+        "by": by(row),
+    }
 
 
-def encoded(values: NDArray, kind: str) -> str:
-    """Base64 of numbers in an order of bytes that is told."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
+def _bar(modulus: Modulus, axis: Sequence[float]) -> dict:
+    """Interval and value on the axis [px]; a value that is not identified is hollow."""
+    ends = {"low": modulus.low, "high": modulus.high} if modulus.high is not None else {}
+    bar = {key: _across(one, axis) for key, one in (ends | {"value": modulus.value}).items()}
+    return {"low": None} | bar | {"hollow": modulus.verdict != IDENTIFIED}
+
+
+def _tick(value: float) -> str:
+    scale, unit = readable(value, "Pa")
+    return f"{scale * value:.3g} {unit}"
+
+
+def _across(value: float, axis: Sequence[float]) -> float:
+    """Place of a modulus on the axis [px]."""
+    share = math.log(value / axis[0]) / math.log(axis[-1] / axis[0])
+    return round(MARGIN + share * (WIDTH - 2 * MARGIN), 1)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from palpate.capture.files import whole_file
 from palpate.capture.tables import write_table
-from palpate.report import style, table_page, tables
+from palpate.report import pages, style, tables
 
 Made = pd.DataFrame | str | Mapping | Sequence | Callable[[Path], None]
 
@@ -45,7 +45,7 @@ def write(made: Figure | Mapping[str, Made], output: object) -> None:
     for name in output.keys():
         if name.endswith("page") and name not in things:
             text = things[name.removesuffix("page") + "md"]
-            things[name] = table_page.page(text, title=Path(output[name]).stem)
+            things[name] = pages.page(text, title=Path(output[name]).stem)
             names.add(name)
     if names != set(output.keys()):
         found = ", ".join(sorted(names))

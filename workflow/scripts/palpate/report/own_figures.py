@@ -12,8 +12,9 @@ class OwnFigure:
     """One figure of each object.
 
     Its name is that of its files, and after ``own_`` its rule's. In the report the object's name
-    goes before the title, and the caption is reStructuredText. ``make`` is ``module:function``, and
-    takes the rule's inputs and params: files and values by name, of a run's objects.
+    goes before the title; the caption stands there and on the object's page. ``make`` is
+    ``module:function``, and takes the rule's inputs and params: files and values by name, of a
+    run's objects.
     """
 
     name: str
@@ -49,41 +50,49 @@ def _tracked(own: OwnObjects) -> dict:
     }
 
 
+HERTZ = "hertz_fit"
 OWN_FIGURES = (
     OwnFigure(
         "moduli",
         title="E and nu",
-        caption="Direct estimates straight from clouds and forces, with 95 % intervals: of each"
-        " capture, and of all captures with a sensor together (diamonds, the recommended"
-        " estimate). The value of an open symbol is not to be trusted; its interval is.",
-        make="palpate.report.own_moduli:make_own_moduli",
+        caption="Moduli of each capture and of all captures with a sensor together (diamonds, the"
+        " recommended estimate): lines are 95 % intervals. Intervals that overlap agree. Where a"
+        " symbol is hollow the value is not identified: rely on its interval.",
+        make="palpate.report.moduli_figure:make_moduli",
         inputs=lambda own: {"direct": own.files(own.captures, "direct.json"), "joint": own.joint()},
         params=_all,
     ),
     OwnFigure(
-        "hertz_fit",
+        HERTZ,
         title="Hertz fit",
-        caption="Hertz model (Eq. 5.1) fitted to force (N) and depth (mm) of the first captures,"
-        " with a contact point that is free beside it, and what both leave (mN).",
+        caption="Force against depth in the first captures, with Hertz's law for a ball on a"
+        " half-space, F = 4/3 E* R^(1/2) d^(3/2) (Eq. 5.1; R: radius of the ball, d: depth), with a"
+        " contact point that is known and one that is fitted, and the residuals of both. Residuals"
+        " in a bow say that the object is no half-space: the recommended estimate allows for that,"
+        " this fit does not.",
         make="palpate.report.hertz_figures:make_hertz_fits",
         inputs=lambda own: {"fits": own.files(own.fitted, "hertz.json")},
         params=lambda own: {"captures": own.fitted},
     ),
     OwnFigure(
         "fit",
-        title="What was seen and computed",
-        caption="Force (N) against depth (mm) and motion of the surface (mm) against distance"
-        " (mm), seen and computed with the recommended estimate, and the residuals of both.",
+        title="Measured and computed",
+        caption="Left: force against indentation depth, measured and computed with the recommended"
+        " moduli. Right: displacement of the surface along its normal at maximum depth, over the"
+        " distance from the contact. Below: residuals, most of which should be in the grey band,"
+        " where 95 % of them are expected.",
         make="palpate.report.fitted_figures:make_fit",
         inputs=lambda own: {"fitted": own.joint("fitted.npz")},
         params=_all,
     ),
     OwnFigure(
         "known",
-        title="What is known of E, nu and the law",
-        caption="E (kPa) and nu that the tip's depth alone, the surface alone and both explain (95"
-        " %), how likely each place between the laws is, and E over the time after a step, dashed"
-        " later than the captures.",
+        title="What determines E, nu and the law",
+        caption="Left: pairs of E and nu that explain the indentation depth, the surface"
+        " displacement, and both: joint regions of 95 %, without the errors of rig and mesh that"
+        " the intervals above contain. Middle: how likely each material-law parameter of the force"
+        " is. Right: how E relaxes after a step, with 95 % intervals; dashed and hollow later than"
+        " what was recorded.",
         make="palpate.report.fitted_figures:make_known",
         inputs=lambda own: {"joint": own.joint(), "fitted": own.joint("fitted.npz")},
         params=_all,
@@ -91,8 +100,8 @@ OWN_FIGURES = (
     OwnFigure(
         "surface",
         title="Tracked surface",
-        caption="What the camera sees in the deepest frame of the first capture with each sensor,"
-        " the tracked surface, and a section through the dent (mm).",
+        caption="Maximum depth of the first capture with each sensor: the camera's picture, and a"
+        " section through the contact. Away from the probe, line and points should coincide.",
         make="palpate.report.surface_figures:make_tracked_surface",
         inputs=_tracked,
         params=lambda own: {"captures": own.first, "sensors": own.sensors},

@@ -1,4 +1,4 @@
-"""Small pictures of a press: whether the camera saw the object, the probe and the dent."""
+"""Small pictures of an indentation: whether the camera saw the object, the probe and the dent."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,8 +18,8 @@ ROOM, BOARD_M = 0.3, 0.15
 OUTLINE, TIP, THICK_PX = (255, 176, 0), (230, 30, 60), 2
 AXIS_M, DOT_PX = 0.03, 3
 MAP = "cividis"
-FOUND = "yellow: outline of what is not background; red: tip and axis of the probe as found"
-MEASURED = "points of the object that were measured, dark near and light far"
+FOUND = "yellow: outline of the foreground; red: tip and axis of the probe as found"
+MEASURED = "measured points of the object, dark near and light far"
 
 
 @dataclass(frozen=True)
@@ -49,12 +49,12 @@ class Glimpse:
 
 
 def glimpses(frames: Frames, deepest: int, name: str) -> Iterator[Glimpse]:
-    """Pictures of the deepest frame, of the first, and of that in the middle of the press."""
+    """Pictures at maximum depth, at about half the force, and of the first frame."""
     middle = int(np.argmin(np.abs(frames.force_n[: deepest + 1] - frames.force_n[deepest] / 2)))
     around = _around(frames, deepest)
-    said = {deepest: "deepest frame", middle: "frame nearest half the force", 0: "first frame"}
+    said = {deepest: "maximum depth", middle: "half the force", 0: "first frame"}
     heads = {
-        k: f"{name}, {when} ({k + 1} of {len(frames.force_n)}), {frames.force_n[k]:.2f} N"
+        k: f"{name}, {when} (frame {k + 1} of {len(frames.force_n)}), {frames.force_n[k]:.2f} N"
         for k, when in said.items()
     }
     for k, head in heads.items():

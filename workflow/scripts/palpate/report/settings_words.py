@@ -1,6 +1,7 @@
-"""What results rest on: versions and options of a run; probe, mesh, support, files of an object."""
+"""What results follow from: versions and options of a run; probe, mesh, files of an object."""
 
 import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from palpate.report.style import sensor_name
 from palpate.solid.indentation_table import IndentationModel
 from palpate.units import MILLIMETRES
 
-HOLDS = {"bonded": "held where it stands", "resting": "loose: it only stands there"}
+HOLDS = {"bonded": "bonded to its base", "resting": "unbonded: it only stands there"}
 
 
 def describe(config: Mapping, versions: Mapping[str, str]) -> str:
@@ -23,7 +24,7 @@ def describe(config: Mapping, versions: Mapping[str, str]) -> str:
     """
     lines = ["# Configuration and versions", "", "## Versions", ""]
     lines += [*rows_of(("package", "version"), versions.items()), "", "## Configuration", ""]
-    return "\n".join([*lines, *_as_yaml(config), ""])
+    return "\n".join([*lines, "```yaml", as_yaml(config), "```", ""])
 
 
 def rests_on(
@@ -52,18 +53,18 @@ def rests_on(
     rows = {
         "probe": f"{probe['probe']}: {_words(indenter['shape'])} of radius {radius}",
         "camera": "; ".join(cameras),
-        "presses": "; ".join(presses),
-        "object's form": f"{spec['template'].get('file', 'made of its scans')}",
+        "indentations": "; ".join(presses),
+        "template": f"{spec['template'].get('file', 'made of its scans')}",
         "solid mesh": f"{quality['nodes']} nodes, {quality['elements']} tetrahedra, at most"
-        f" {quality['largest_gap_m'] * MILLIMETRES:.1f} mm beside the form",
+        f" {quality['largest_gap_m'] * MILLIMETRES:.1f} mm from the template",
         "indentation table": "; ".join(f"{p}: {_table(one)}" for p, one in tables.items()),
         "support": f"{stands}; plane through {_place(support['plane_point_m'])}",
-        "points pressed": "; ".join(
+        "points": "; ".join(
             f"{name} at {_place(spec['points'][name]['position_m'])}" for name in tables
         ),
         "Palpate": version,
     }
-    return [{"": name, "what it was": told} for name, told in rows.items()]
+    return [{"setting": name, "value": told} for name, told in rows.items()]
 
 
 def _camera(sensor: Mapping, held: Sequence[Held]) -> str:
@@ -74,14 +75,14 @@ def _camera(sensor: Mapping, held: Sequence[Held]) -> str:
     if not held:
         return told
     rate, away = _between([one.rate_hz for one in held]), _between([o.distance_m for o in held], 2)
-    return f"{told}, {rate} frames a second, {away} m from the tip at the deepest"
+    return f"{told}, {rate} frames a second, {away} m from the tip at maximum depth"
 
 
 def _presses(held: Sequence[Held]) -> str:
     frames = _between([len(one.time_s) for one in held], 0)
     loading = _between([one.seconds_to(np.inf) for one in held])
     hold = _between([one.hold_s for one in held])
-    return f"{len(held)}, of {frames} frames; {loading} s to the deepest, held for {hold} s"
+    return f"{len(held)}, of {frames} frames; {loading} s to maximum depth, held for {hold} s"
 
 
 def _table(one: IndentationModel) -> str:
@@ -95,14 +96,6 @@ def _between(values: Sequence[float], places: int = 1) -> str:
     """Values from the least to the greatest, as one where they are read alike."""
     ends = [f"{end:.{places}f}" for end in (min(values), max(values))]
     return " to ".join(dict.fromkeys(ends))
-
-
-def told_whole(**files: Mapping) -> str:
-    """Files and options as YAML in Markdown, one after the other."""
-    parts = []
-    for name, content in files.items():
-        parts += [f"{_words(name)}:", "", *_as_yaml(content), ""]
-    return "\n".join(parts)
 
 
 def checksums(named: Mapping[str, str]) -> list[dict[str, str]]:
@@ -133,16 +126,12 @@ def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _as_yaml(content: Mapping) -> list[str]:
-    """Lines of a block of YAML in Markdown."""
-    text = yaml.safe_dump(_plain(content), sort_keys=False, width=96, allow_unicode=True)
-    return ["```yaml", text.rstrip(), "```"]
+def as_yaml(content: Mapping) -> str:
+    """YAML of a file or of options."""
+    # Snakemake's own mappings are none that YAML knows.
+    plain = json.loads(json.dumps(content, default=_plain))
+    return yaml.safe_dump(plain, sort_keys=False, width=96, allow_unicode=True).rstrip()
 
 
 def _plain(value: object) -> object:
-    """Snakemake's own mappings and lists as those that YAML knows."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(part) for key, part in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(part) for part in value]
-    return value
+    return dict(value) if isinstance(value, Mapping) else str(value)

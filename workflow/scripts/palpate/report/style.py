@@ -5,13 +5,11 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 import matplotlib
-import numpy as np
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 # Okabe and Ito's palette, told apart by colour-blind readers.
 BLUE, ORANGE, GREEN, GREY, BLACK = "#0072B2", "#D55E00", "#009E73", "#9A9A9A", "#1A1A1A"
@@ -19,7 +17,6 @@ SENSOR_NAMES = {"bumblebee": "Bumblebee2", "kinect": "Kinect"}
 ERROR_NAMES = {"force_displacement": "force and displacement", "displacement": "displacement"}
 COLUMN_IN, PAGE_IN = 3.5, 7.2
 SMALL = 6.5
-POINTS_PER_INCH, LETTER_DEPTH_PT = 72, 1.8
 ARROW = {"arrowstyle": "-|>", "color": BLACK, "lw": 0.8, "shrinkA": 0, "shrinkB": 0}
 SETTINGS = {
     "font.family": "sans-serif",
@@ -82,19 +79,3 @@ def save(figure: Figure, png: str | Path, svg: str | Path) -> None:
 def panel_letter(axes: Axes, letter: str) -> None:
     """Put a panel's letter at its upper left, outside the axes."""
     axes.text(-0.02, 1.04, letter, transform=axes.transAxes, ha="right", va="bottom", weight="bold")
-
-
-def beside(
-    axes: Axes, place: NDArray, text: str, direction: NDArray, points: float, **look
-) -> None:
-    """Write a text some points away from a place; it grows away from it."""
-    offset = points * np.asarray(direction) / np.linalg.norm(direction)
-    across = "left" if offset[0] > 3 else "right" if offset[0] < -3 else "center"
-    axes.annotate(text, place, offset, textcoords="offset points", ha=across, va="center", **look)
-
-
-def entitle(axes: Axes, title: str, letter: str) -> None:
-    """Title on the line of the panel's letter, which stands by the axes' height."""
-    height_in = axes.get_position().height * axes.figure.get_figheight()
-    axes.set_title(title, pad=0.04 * height_in * POINTS_PER_INCH + LETTER_DEPTH_PT)
-    panel_letter(axes, letter)

@@ -1,4 +1,4 @@
-"""Tracked surfaces: photograph, shaded dent and a section through it."""
+"""Tracked surfaces: photograph, and a section through the dent."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -6,10 +6,9 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pyvista as pv
 from matplotlib.axes import Axes
-from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 from palpate.capture.images import Stream
@@ -21,7 +20,6 @@ from palpate.surface.tracked import load_tracked
 from palpate.units import MILLIMETRES
 from palpate.vision.clouds import read_clouds
 
-ZOOM_M = 0.040
 # Of the photograph, each way from the contact.
 AROUND_M = 0.09
 DETAIL_M = 0.025
@@ -58,22 +56,17 @@ def make_tracked_surface(inputs: Any, params: Any) -> Figure:
 
 
 def tracked_surface(captures: Sequence[Mapping], views: Sequence[TrackedView]) -> Figure:
-    """Photograph, tracked surface at the contact and section through it, a row per sensor."""
-    count = len(views)
-    figure = plt.figure(figsize=(PAGE_IN, 2.05 * count))
-    for k, (capture, view) in enumerate(zip(captures, views, strict=True)):
-        photo = figure.add_subplot(count, 3, 3 * k + 1)
+    """Photograph, and section through the tracked surface at the contact, a row per sensor."""
+    size = (PAGE_IN, 2.3 * len(views))
+    figure, axes = plt.subplots(len(views), 2, figsize=size, width_ratios=(1, 1.6), squeeze=False)
+    for (photo, section), capture, view in zip(axes, captures, views, strict=True):
         photo_panel(photo, None if view.photo is None else view.photo[view.near])
         photo.set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
-        _shaded_panel(figure.add_subplot(count, 3, 3 * k + 2, projection="3d"), view)
-        section = figure.add_subplot(count, 3, 3 * k + 3)
         section_panel(section, view)
-        if k == 0:
-            # Above the plot: a dent may be anywhere in it.
-            above = {"loc": "lower right", "bbox_to_anchor": (1.02, 1.0)}
-            section.legend(fontsize=6, handlelength=1.4, ncols=3, columnspacing=1.0, **above)
-        if k == count - 1:
-            section.set_xlabel("From the contact (mm)")
+    # Above the plot: a dent may be anywhere in it.
+    above = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0)}
+    axes[0, 1].legend(fontsize=6.5, handlelength=1.4, ncols=3, columnspacing=1.0, **above)
+    axes[-1, 1].set_xlabel("From the contact (mm)")
     figure.tight_layout(rect=(0, 0.02, 1, 1))
     label_provenance(figure, {capture["provenance"] for capture in captures})
     return figure
@@ -105,24 +98,6 @@ def _near(color: Mapping, camera_from_object: NDArray, contact_m: NDArray) -> tu
     return window(low, high, (color["width_px"], color["height_px"]))
 
 
-def _shaded_panel(axes: Axes, view: TrackedView) -> None:
-    centre = view.contact_m
-    near = np.linalg.norm(view.rest_m[view.faces].mean(axis=1) - centre, axis=1) < ZOOM_M
-    triangles = (view.deformed_m[view.faces[near]] - centre) * MILLIMETRES
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    shade = np.clip(LightSource(azdeg=225, altdeg=40).shade_normals(normals), 0, 1)
-    colours = np.array([0.62, 0.74, 0.86]) * (0.45 + 0.55 * shade[:, None])
-    axes.add_collection3d(
-        Poly3DCollection(triangles, facecolors=colours, edgecolors="white", linewidths=0.12)
-    )
-    reach = ZOOM_M * MILLIMETRES * 0.75
-    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), zlim=(-reach * 0.5, reach * 0.25))
-    axes.set_box_aspect((2, 2, 0.75), zoom=1.45)
-    axes.view_init(elev=38, azim=-72)
-    axes.set_axis_off()
-
-
 def section_panel(axes: Axes, view: TrackedView) -> None:
     """Draw the section through the dent: undeformed, tracked, captured."""
     centre = view.contact_m
@@ -144,31 +119,7 @@ def section_panel(axes: Axes, view: TrackedView) -> None:
 
 
 def _section(vertices: NDArray, faces: NDArray, centre: NDArray) -> list[NDArray]:
-    """Closed lines (2, k) in x and z where a surface crosses the plane y = the contact's."""
-    offset = vertices - centre
-    sides = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    edges, of_face = np.unique(sides, axis=0, return_inverse=True)
-    a, b = offset[edges[:, 0]], offset[edges[:, 1]]
-    crosses = (a[:, 1] > 0) != (b[:, 1] > 0)
-    part = (a[crosses, 1] / (a - b)[crosses, 1])[:, None]
-    places = np.zeros((len(edges), 2))
-    places[crosses] = (a[crosses] + part * (b - a)[crosses])[:, [0, 2]]
-    of_face = of_face.reshape(-1, 3)
-    cut = of_face[crosses[of_face].sum(axis=1) == 2]
-    links = cut[crosses[cut]].reshape(-1, 2)
-    return [places[line].T for line in _closed_lines(links)]
-
-
-def _closed_lines(links: NDArray) -> list[list[int]]:
-    """Walks along pairs of neighbours, each of whom has two, back to where they began."""
-    neighbours: dict[int, list[int]] = {}
-    for one, other in links.tolist():
-        neighbours.setdefault(one, []).append(other)
-        neighbours.setdefault(other, []).append(one)
-    lines = []
-    while neighbours:
-        line = [min(neighbours)]
-        while around := neighbours.pop(line[-1], None):
-            line.append(next((n for n in around if n in neighbours), line[0]))
-        lines.append(line)
-    return lines
+    """Lines (2, k) in x and z where a surface crosses the plane y = the contact's."""
+    surface = pv.PolyData.from_regular_faces(np.asarray(vertices, dtype=float), faces)
+    lines = surface.slice(normal="y", origin=centre).strip()
+    return [(line.points - centre)[:, [0, 2]].T for line in lines.cell]

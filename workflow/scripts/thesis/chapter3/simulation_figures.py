@@ -10,9 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from palpate.json_fields import read_one
-from palpate.report.style import BLACK, BLUE, GREEN, ORANGE, PAGE_IN, entitle, finished
+from palpate.report.style import BLACK, BLUE, GREEN, ORANGE, PAGE_IN, finished
 from palpate.report.tables import bound_mark
 from palpate.units import KILOPASCALS, MILLIMETRES
+
+from thesis.diagrams import entitle
 
 PALETTE = (BLUE, ORANGE, GREEN, "#CC79A7", "#56B4E9", "#E69F00")
 MARKS = ("o", "s", "^", "D", "v", "P")

@@ -16,7 +16,7 @@ from palpate.report.hertz_figures import SHOWN_BEFORE_M, kilopascals, recorded, 
 from palpate.units import KILOPASCALS, MILLIMETRES
 
 from thesis.chapter5.hertz_points import ROWS_OF_BLOCK
-from thesis.diagrams import provenances
+from thesis.diagrams import entitle, provenances
 
 # Section 5.1: the study's recordings are shifted to meet at this force.
 ALIGNED_AT_N = 0.3
@@ -48,8 +48,8 @@ def figure_5_3(inputs: Any, params: Any) -> Figure:
     title = f"{style.sensor_name(first['sensor'])}, point {first['point']}, {len(fits)} recordings"
     curves.set_title(title)
     figure = style.finished(figure, provenances(params))
-    style.entitle(curves, title, "a")
-    style.entitle(moduli, "Reduced modulus", "b")
+    entitle(curves, title, "a")
+    entitle(moduli, "Reduced modulus", "b")
     return figure
 
 

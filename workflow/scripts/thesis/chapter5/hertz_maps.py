@@ -21,7 +21,7 @@ from palpate.vision.camera import camera_from_spec, sensor_with_optics
 from palpate.yaml_files import load_yaml
 
 from thesis.chapter5.hertz_points import ROWS_OF_BLOCK, correlation, hertz_table, table_5_2
-from thesis.diagrams import HALO, labelled, provenances
+from thesis.diagrams import HALO, entitle, labelled, provenances
 
 MAP = "cividis"
 MARGIN = 0.12
@@ -46,10 +46,8 @@ def figure_5_1(inputs: Any, params: Any) -> Figure:
     for panel in (above, below):
         panel.set_title("room for the title")
     figure = style.finished(figure, provenances(params))
-    style.entitle(
-        above, f"{style.sensor_name(capture['sensor'])}, recording {capture['capture']}", "a"
-    )
-    style.entitle(below, "Plan, to scale", "b")
+    entitle(above, f"{style.sensor_name(capture['sensor'])}, recording {capture['capture']}", "a")
+    entitle(below, "Plan, to scale", "b")
     return figure
 
 

@@ -13,7 +13,6 @@ from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 from palpate.report.panels import named
 from palpate.report.style import BLACK, ORANGE, PAGE_IN, SMALL, sensor_name
-from palpate.report.surface_figures import ZOOM_M
 from palpate.solid.mesh import read_solid
 from palpate.surface.tracked import load_tracked
 from palpate.units import MILLIMETRES
@@ -25,6 +24,8 @@ from thesis.views import View, view_from
 HALF_TURN_DEG = 180.0
 RIGHT, ROOM_IN = 0.87, 0.62
 MAP = "cividis"
+# Of the detail about the contact [m].
+ZOOM_M = 0.040
 
 
 @dataclass(frozen=True)

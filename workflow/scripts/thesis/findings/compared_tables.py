@@ -78,7 +78,10 @@ def make_findings(inputs: Any, params: Any) -> dict:
         ours["workspace"]["published_px"] = ours["workspace"]["sensor"].map(thresholds)
     numbers = findings.published_tables(printed_tables)
     table = findings.findings(numbers, ours, provenance=provenance)
-    return outputs.table(table, more_notes=FINDINGS_NOTES, **params.table)
+    short = table[["finding", "published_holds", "holds"]]
+    short.columns = ["Finding of the study", "by its printed numbers", "by ours"]
+    long = outputs.table(table, more_notes=FINDINGS_NOTES, **params.table)
+    return long | {"overview": short}
 
 
 def our_tables(inputs: Any, params: Any) -> dict[str, pd.DataFrame | None]:

@@ -57,11 +57,6 @@ def browser(profile):
         driver.stdout.close()
 
 
-def written(root, name):
-    """A file that a page is made of."""
-    return (root / "workflow/report" / name).read_text()
-
-
 def shown(folder, text):
     """A page in a window until it is drawn; the folder goes with it."""
     page = folder / "page.html"

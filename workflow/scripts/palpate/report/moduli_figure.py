@@ -1,0 +1,108 @@
+"""Moduli of objects, a line for each capture and one for all of a sensor together."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from palpate.json_fields import read_all
+from palpate.modulus import IDENTIFIED
+from palpate.report.estimate_rows import compared
+from palpate.report.style import BLACK, BLUE, PAGE_IN, finished, sensor_name
+from palpate.units import KILOPASCALS
+
+# Of a line, of what is above and below the lines of an object, and of the whole at most [in].
+LINE_IN, AROUND_IN, HIGHEST_IN = 0.24, 0.62, 9.0
+GREATEST_NU = 0.5
+QUANTITIES = {
+    "effective_reduced_modulus_pa": ("effective E* (kPa)", KILOPASCALS),
+    "youngs_modulus_pa": ("E (kPa)", KILOPASCALS),
+    "poisson_ratio": ("Poisson's ratio", 1.0),
+}
+TRUTH = {"color": BLACK, "lw": 0.8, "ls": "--", "zorder": 0, "label": "truth"}
+
+
+class Line(NamedTuple):
+    """An estimate and what it is of."""
+
+    label: str
+    found: Mapping
+    together: bool
+
+
+def make_moduli(inputs: Any, params: Any) -> Figure:
+    """Moduli of each capture, and of all captures of an object with each sensor."""
+    files = read_all(inputs.direct), read_all(inputs.joint)
+    singles, joints = compared(params.captures, files[0], params.groups, files[1])
+    return moduli_figure(params.captures, singles, params.groups, joints, {})
+
+
+def moduli_figure(
+    captures: Sequence[Mapping],
+    singles: Sequence[Mapping],
+    groups: Sequence[Mapping],
+    joints: Sequence[Mapping],
+    truths: Mapping[str, Mapping[str, float]],
+) -> Figure:
+    """Moduli with their intervals on lines one below the other, a row of panels for each object.
+
+    Parameters
+    ----------
+    captures, singles : sequences of mapping
+        Described captures and their direct.json.
+    groups, joints : sequences of mapping
+        ``object, sensor`` and the direct.json of all captures of each.
+    truths : mapping
+        True moduli by object and quantity, where they are known.
+    """
+    found = list(zip(captures, singles, strict=True))
+    rows: dict[str, list[Line]] = {}
+    for group, joint in zip(groups, joints, strict=True):
+        mine = [
+            (capture["capture"], single)
+            for capture, single in found
+            if all(capture[name] == group[name] for name in ("object", "sensor"))
+        ]
+        rows.setdefault(group["object"], []).extend(_lines(group["sensor"], mine, joint))
+    heights = [AROUND_IN + LINE_IN * len(lines) for lines in rows.values()]
+    size = (PAGE_IN, min(sum(heights), HIGHEST_IN))
+    look = {"sharey": "row", "squeeze": False, "height_ratios": heights}
+    figure, axes = plt.subplots(len(rows), len(QUANTITIES), figsize=size, **look)
+    for panels, (name, lines) in zip(axes, rows.items(), strict=True):
+        for panel, (quantity, (label, scale)) in zip(panels, QUANTITIES.items(), strict=True):
+            draw_lines(panel, lines, quantity, scale)
+            if name in truths:
+                panel.axvline(scale * truths[name][quantity], **TRUTH)
+            panel.set_xlabel(label)
+        if len(rows) > 1:
+            panels[0].set_title(name.replace("_", " "))
+    if truths:
+        axes[0, -1].legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2)
+    return finished(figure, {capture["provenance"] for capture in captures})
+
+
+def _lines(sensor: str, singles: Sequence[tuple[str, Mapping]], joint: Mapping) -> Iterator[Line]:
+    """Captures of a sensor and then all of them; one alone is all of them."""
+    name = sensor_name(sensor)
+    if len(singles) > 1:
+        yield from (Line(f"{name} {capture}", single, False) for capture, single in singles)
+        name += f", all {len(singles)}"
+    yield Line(name, joint, True)
+
+
+def draw_lines(panel: Axes, lines: Sequence[Line], quantity: str, scale: float) -> None:
+    """Draw a quantity's intervals and values; a symbol of what is not identified is hollow."""
+    for place, line in enumerate(lines):
+        one = line.found[quantity]
+        value, low, high = (scale * one[end] for end in ("value", "low", "high"))
+        width = 2.2 if line.together else 0.9
+        panel.plot([low, high], [place] * 2, color=BLUE, lw=width, solid_capstyle="butt")
+        marker = {"marker": "D", "ms": 5} if line.together else {"marker": "o", "ms": 3.5}
+        marker["mfc"] = BLUE if one["verdict"] == IDENTIFIED else "white"
+        panel.plot(value, place, color=BLUE, mew=0.9, **marker)
+    panel.set_xlim(0, GREATEST_NU if quantity == "poisson_ratio" else None)
+    panel.set_yticks(range(len(lines)), [line.label for line in lines])
+    panel.set_ylim(len(lines) - 0.4, -0.6)
+    panel.tick_params(axis="y", length=0)

@@ -1,0 +1,129 @@
+"""The object's surface to turn, frame by frame: tracked, and as the estimate computes it."""
+
+import base64
+from collections.abc import Mapping
+
+import numpy as np
+from markupsafe import Markup
+from numpy.typing import NDArray
+from plotly.offline import get_plotlyjs
+
+from palpate.estimate.direct.result import CaptureFit
+from palpate.report.held import named
+from palpate.report.pages import title_of
+from palpate.surface.pose import to_object
+from palpate.surface.tracked import Tracked
+from palpate.units import MILLIMETRES
+
+# Coordinates are kept as whole steps of the object's extent, with room at both ends.
+LARGEST_STEP = 32_000
+# Frames of an indentation that are shown, with the first and the deepest.
+MOST_FRAMES = 24
+# Displacements beyond this percentile of all have the last colour; samples stand this part of their
+# distance from the middle outside of the surface, to be seen.
+MOST, OUTSIDE = 98.0, 0.01
+DECIMALS = 3
+
+
+def plotly() -> Markup:
+    """The script that draws views, to be embedded once a page."""
+    return Markup(get_plotlyjs().replace("</script", "<\\/script"))
+
+
+def view(
+    capture: Mapping, tracked: Tracked, fit: Mapping, estimate: CaptureFit | None = None
+) -> dict:
+    """What the viewer gets of one capture.
+
+    Parameters
+    ----------
+    capture : mapping
+        ``object``, ``sensor``, ``capture``, ``provenance``.
+    tracked : Tracked
+    fit : mapping
+        Its hertz.json, whose samples hold force and depth of each frame.
+    estimate : CaptureFit, optional
+        What the direct estimate compared of it: corrects the depths, and adds the samples.
+
+    Returns
+    -------
+    dict
+        ``title``, ``provenance``; ``steps`` (base64 of int16, frame by vertex by axis), ``step_mm``
+        and ``middle_mm`` that take them to the object frame, ``faces`` (base64 of uint32);
+        ``frames`` (as text), ``deepest_frame`` among these, ``largest_mm``: the largest
+        displacement there; ``from_rad``: azimuth of the camera from the object's -y axis;
+        ``samples`` [mm], ``measured`` and ``computed`` displacements by frame and sample [mm], None
+        where one was not compared, and ``most_mm``: None and nothing without an estimate.
+
+    Raises
+    ------
+    ValueError
+        If the fit has not as many samples as the surface has frames, or a vertex is not finite.
+    """
+    samples, count = fit["samples"], len(tracked.vertices_m)
+    if (found := len(samples["force_n"])) != count:
+        raise ValueError(f"samples: expected {count}, one for each frame, found {found}")
+    depth_m, deepest = samples["depth_m"], int(fit["range"]["last_frame"])
+    if estimate is not None:
+        depth_m = estimate.tip_depth_m
+        deepest = int(estimate.frames[np.argmax(estimate.depth_m)])
+    spread = np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(int)
+    shown = np.union1d(spread, [deepest])
+    steps, step_mm, middle_mm = _in_steps(tracked)
+    # Since the first frame, as the moduli are estimated.
+    moved = np.linalg.norm(tracked.vertices_m[deepest] - tracked.vertices_m[0], axis=1)
+    x, y, _ = -tracked.camera_from_object[:3, :3].T @ tracked.camera_from_object[:3, 3]
+    return {
+        "title": f"{title_of(capture['object'])}, {named(capture)}",
+        "provenance": capture["provenance"],
+        "steps": _encoded(steps[shown], "<i2"),
+        "step_mm": step_mm,
+        "middle_mm": middle_mm.tolist(),
+        "faces": _encoded(tracked.faces, "<u4"),
+        "vertices": len(tracked.template_m),
+        "frames": [_told(k, count, samples["force_n"][k], depth_m[k]) for k in shown.tolist()],
+        "deepest_frame": int(np.flatnonzero(shown == deepest)[0]),
+        "largest_mm": round(float(MILLIMETRES * moved.max()), DECIMALS),
+        "from_rad": round(float(np.arctan2(x, -y)), DECIMALS),
+        **({"samples": None} if estimate is None else _samples(estimate, shown, middle_mm)),
+    }
+
+
+def _samples(estimate: CaptureFit, shown: NDArray, middle_mm: NDArray) -> dict:
+    """Places, and displacements measured and computed in the frames that are shown."""
+    places = MILLIMETRES * estimate.cell_m
+    outward = places - middle_mm
+    found = np.full((2, len(shown), len(places)), np.nan)
+    _, mine, theirs = np.intersect1d(shown, estimate.frames, return_indices=True)
+    found[0, mine], found[1, mine] = estimate.moved_m[theirs], estimate.fitted_moved_m[theirs]
+    measured, computed = MILLIMETRES * found
+    return {
+        "samples": (places + OUTSIDE * outward).round(DECIMALS).ravel().tolist(),
+        "measured": np.where(np.isnan(measured), None, measured.round(DECIMALS)).tolist(),
+        "computed": np.where(np.isnan(computed), None, computed.round(DECIMALS)).tolist(),
+        "most_mm": round(float(np.nanpercentile(np.abs(measured), MOST)), DECIMALS),
+    }
+
+
+def _in_steps(tracked: Tracked) -> tuple[NDArray, float, NDArray]:
+    """Vertices of all frames in the object frame as whole steps about their middle.
+
+    Steps (f, n, 3) int, the length of a step [mm], and the middle (3,) [mm].
+    """
+    places = to_object(tracked.camera_from_object, tracked.vertices_m) * MILLIMETRES
+    if not np.isfinite(places).all():
+        raise ValueError("vertices_m: expected finite places, found others")
+    low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
+    middle = (low + high) / 2
+    step = float((high - low).max() / (2 * LARGEST_STEP))
+    return np.rint((places - middle) / step).astype(int), step, middle
+
+
+def _told(frame: int, count: int, force_n: float, depth_m: float) -> str:
+    deep = f", {depth_m * MILLIMETRES:.1f} mm deep" * bool(depth_m > 0)
+    return f"{frame + 1} of {count}: {force_n:.2f} N{deep}"
+
+
+def _encoded(values: NDArray, kind: str) -> str:
+    """Base64 of numbers in a stated order of bytes."""
+    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
