@@ -242,25 +242,36 @@ class Planned:
         ValueError
             If it goes deeper than the table, or no sample of the surface is in view.
         """
-        guess, count = self._guess, protocol.captures * protocol.points
-        drawn = [self._with_deviations(self.capture(protocol, seed=seed)) for seed in range(DRAWS)]
-        each = [scales_of(one, linearised(one, guess)) for one in drawn]
-        motion, sharing = np.mean([(one.motion, one.sharing) for one in each], axis=0)
-        vector = np.r_[guess.vector[: -unknown.OWN], np.zeros(unknown.OWN * count)]
-        captures, scales = (drawn[0],) * count, (Scales(float(motion), float(sharing)),) * count
-        best = Solution(captures, self.options, vector, scales)
+        count = protocol.captures * protocol.points
+        one, scales = self._usual(replace(protocol, captures=1, points=1))
+        vector = np.r_[self._guess.vector[: -unknown.OWN], np.zeros(unknown.OWN * count)]
+        best = Solution((one,) * count, self.options, vector, (scales,) * count)
         quantities = quantities_of(best, radius_m=protocol.radius_m)
         stated = ProbeUncertainty.of(self.probe)
         budget = budget_of(best, quantities, stated, radius_m=protocol.radius_m)
         with_nu = quantities.slopes @ best.covariance @ quantities.slopes[POISSON]
         return Forecast.of(protocol, budget, with_nu, self.poisson_ratio, self.options)
 
-    def _with_deviations(self, one: DirectIndentation) -> DirectIndentation:
-        """Deviations as its displacements show them, and of depths as captures usually do."""
-        pattern_m = DEPTH_PATTERN * self.options.depth_pattern_std_m
-        usual = self.options.model_copy(update={"depth_pattern_std_m": pattern_m})
-        one = with_depth_errors(one, self._guess, usual, likeliest=False)
-        return with_pattern(one, self._guess, usual)
+    def _usual(self, protocol: Protocol) -> tuple[DirectIndentation, Scales]:
+        """A capture with deviations as captures usually show them."""
+        key = repr(protocol)
+        if key not in self._drawn:
+            pattern_m = DEPTH_PATTERN * self.options.depth_pattern_std_m
+            options = self.options.model_copy(update={"depth_pattern_std_m": pattern_m})
+            found, guess = [], self._guess
+            for seed in range(DRAWS):
+                one = self.capture(protocol, seed=seed)
+                one = with_depth_errors(one, guess, options, likeliest=False)
+                one = with_pattern(one, guess, options)
+                found.append((one, scales_of(one, linearised(one, guess))))
+            mean = np.mean([(scales.motion, scales.sharing) for _, scales in found], axis=0)
+            self._drawn[key] = found[0][0], Scales(*map(float, mean))
+        return self._drawn[key]
+
+    @cached_property
+    def _drawn(self) -> dict[str, tuple[DirectIndentation, Scales]]:
+        """What was drawn, by protocol."""
+        return {}
 
     def varied(self, protocol: Protocol) -> Iterator[tuple[str, Forecast]]:
         """Forecasts of a protocol and of others that differ in one thing, with what that is."""

@@ -1,0 +1,100 @@
+"""Widths that a plan forecasts of finished captures, beside those that their estimates have.
+
+    python -m validation.forecasts CAPTURES RESULTS [CONFIG]
+
+of a folder of objects, the results of a run, and the folder with ``sensors`` and ``probes``;
+writes ``plan_forecasts.csv`` into the results. Camera, noise at rest, depth and frame rate are
+those of the first capture, E and nu the lab's.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from palpate.config.probe import ProbeSpec
+from palpate.config.sensor import SensorSpec
+from palpate.estimate.direct.motion import load_motion
+from palpate.plan import Noise, Planned, Protocol
+from palpate.solid.indentation_table import load_indentation
+from palpate.solid.support import read_support
+from palpate.surface.alignment import load_alignment
+from palpate.surface.pose import to_object
+from palpate.surface.template import read_template
+from palpate.units import PERCENT
+from palpate.vision.force import FORCE
+from palpate.vision.probe import ALONG_STD
+from palpate.yaml_files import load_yaml
+
+COMPARED = {
+    "effective_reduced_modulus_pa": "effective_reduced_modulus",
+    "reduced_modulus_pa": "reduced_modulus",
+    "youngs_modulus_pa": "youngs_modulus",
+}
+NU = "poisson_ratio"
+# Of the greatest force: frames before it are at rest.
+AT_REST = 0.03
+
+
+def forecasts(raw: Path, results: Path, config: Path) -> pd.DataFrame:
+    """One row for each direct.json: half-widths as forecast and as found, moduli in per cent."""
+    rows, known = [], {}
+    for path in sorted([*results.glob("*/*/direct.json"), *results.glob("*/*/*/direct.json")]):
+        found = json.loads(path.read_text(encoding="utf-8"))
+        name, sensor = path.relative_to(results).parts[:2]
+        capture, count = found["captures"][0], len(found["captures"])
+        folder, point = results / name / sensor / capture, capture.partition("-")[0]
+        if (name, sensor, point) not in known:
+            of_object = raw / name, results / name, point
+            known[name, sensor, point] = _planned(*of_object, folder, config, sensor)
+        planned = known[name, sensor, point]
+        forecast = planned.forecast(_protocol(found, folder, planned, count)).half_width
+        row = {"object": name, "sensor": sensor, "captures": count}
+        row |= {"capture": capture if path.parent.name == capture else "all"}
+        for modulus, column in COMPARED.items():
+            one = found[modulus]
+            row[f"{column}_forecast_percent"] = PERCENT * forecast[modulus]
+            row[f"{column}_found_percent"] = PERCENT * (one["high"] - one["low"]) / 2 / one["value"]
+        row[f"{NU}_forecast"] = forecast[NU]
+        rows.append(row | {f"{NU}_found": (found[NU]["high"] - found[NU]["low"]) / 2})
+    return pd.DataFrame(rows)
+
+
+def _planned(
+    raw: Path, results: Path, point: str, folder: Path, config: Path, sensor: str
+) -> Planned:
+    """Object, rig and true moduli, with the noise of a capture at rest."""
+    spec, material = load_yaml(raw / "object.yaml"), results.parent / "lab" / raw.name
+    places = (place / "template.ply" for place in (raw, results))
+    template = next(path for path in places if path.is_file())
+    truth = json.loads((material / "material.json").read_text(encoding="utf-8"))
+    path, motion = pd.read_csv(folder / "path.csv"), load_motion(folder / "motion.npz")
+    force_n = np.linalg.norm(path[FORCE], axis=1)
+    rest = force_n[: int(np.argmax(force_n > AT_REST * force_n.max()))]
+    stds = np.nanmedian(path[ALONG_STD]), rest.std(), np.nanmedian(motion.std_m)
+    return Planned(
+        load_indentation(results / f"indentation-{point}.npz"),
+        read_template(template, unit=spec["template"]["unit"]),
+        read_support(spec["support"]),
+        SensorSpec.plain(load_yaml(config / "sensors" / f"{sensor}.yaml")),
+        ProbeSpec.plain(load_yaml(config / "probes" / f"{spec['probe']}.yaml")),
+        Noise(*map(float, stds)),
+        truth["youngs_modulus_pa"],
+        truth["poisson_ratio"],
+    )
+
+
+def _protocol(found: dict, folder: Path, planned: Planned, count: int) -> Protocol:
+    """How captures were indented."""
+    time_s = pd.read_csv(folder / "path.csv")["time_s"]
+    deepest = np.median([one["largest_depth_m"] for one in found["residuals"]])
+    pose = load_alignment(folder / "alignment.json").camera_from_object
+    camera_m = to_object(pose, np.zeros((1, 3)))[0]
+    size = min(deepest, planned.table.depth_m[-1]), 1 / np.median(np.diff(time_s))
+    return Protocol(*map(float, size), planned.table.radius_m, camera_m, captures=count)
+
+
+if __name__ == "__main__":
+    of_run = [Path(path) for path in (*sys.argv[1:3], *(sys.argv[3:] or ["config"]))]
+    forecasts(*of_run).to_csv(of_run[1] / "plan_forecasts.csv", index=False)
