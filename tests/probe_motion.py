@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 from virtual_lab.probe_experiments import record_load, record_pivot, record_stiffness
 from virtual_lab.rig import bare_bench, make_rig
 from virtual_lab.rig_errors import errors_of
+from virtual_lab.sensor_experiments import record_planes
 
 TIP_M, MIDDLE_M = np.array([0.03, 0.17, 0.08]), np.array([0.03, 0.02, 0.0])
 PIVOT_M = np.array([-0.01, 0.1, 0.65])
@@ -45,6 +46,7 @@ def held_free(frames=12, noise_deg=0.0, seed=0):
 
 
 RECORDERS = {"load": record_load, "pivot": record_pivot, "stiffness": record_stiffness}
+RECORDERS["planes"] = record_planes
 APART = ("objects", "experiments", "simulated_block", "laser")
 
 

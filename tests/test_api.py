@@ -17,10 +17,11 @@ from capture.instruments import PLAIN
 from palpate.__main__ import main
 from palpate.modulus import VERDICTS, Modulus, verdict_of_nu, verdicts_in
 
-MODULES = ("hertz", "direct", "plan")
+MODULES = ("hertz", "direct", "noise", "plan")
 FUNCTIONS = {
     "hertz": ("fit", "fit_shape", "read_curve", "HertzFit"),
     "direct": ("estimate",),
+    "noise": ("measure",),
     "plan": ("Planned",),
 }
 

@@ -28,7 +28,7 @@ _NAMES = {
     "engineering_from_lame": "palpate.solid.laws",
     "reduced_modulus": "palpate.solid.laws",
 }
-_MODULES = ("hertz", "direct", "plan")
+_MODULES = ("hertz", "direct", "noise", "plan")
 __all__ = ["__version__", *_NAMES, *_MODULES]
 
 

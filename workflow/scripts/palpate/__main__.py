@@ -10,7 +10,7 @@ from palpate import __version__
 from palpate.commands.help import Parser
 
 # In the order in which a person meets them; only the one that is asked for is loaded.
-VERBS = ("hertz", "new", "board", "calibrate", "plan", "import", "check", "direct", "export")
+VERBS = "hertz new board calibrate noise plan import check direct export".split()
 # A keyword is no module's name.
 MODULES = {"import": "recording"}
 

@@ -34,7 +34,8 @@ from palpate.yaml_files import load_yaml
 
 # Recordings about a sensor, raw/sensors/<sensor>/<name>, and whether they have a force.
 OF_SENSORS = NOT_OBJECTS[0]
-WITH_FORCE = {part.recording: part.force for part in PARTS} | {HAND_EYE: False}
+WITH_FORCE = {part.recording: part.force for part in PARTS}
+WITH_FORCE |= {HAND_EYE: False, "rest": True, "plate": False}
 RAW = "raw"
 OF_FOLDERS = ("intrinsics", "distortion")  # with rgb.txt
 ABOUT = """\
@@ -176,8 +177,8 @@ def add(commands: Any) -> None:
     parser._negative_number_matcher = re.compile(r"-\.?[0-9]")
     add = parser.add_argument
     add("recording", type=Path, help="a .bag, .mcap or .db3, a ROS 2 folder, or one with rgb.txt")
-    add("target", type=Path, help="raw/<object>/<sensor>/<capture>, or a recording,"
-        " raw/sensors/<sensor>/load, pivot, stiffness or hand_eye; must not exist yet")  # fmt: skip
+    add("target", type=Path, help="raw/<object>/<sensor>/<capture>, or load, pivot,"
+        " stiffness, hand_eye, rest, plate in raw/sensors/<sensor>; must not exist")  # fmt: skip
     add("--background", action="store_true", help="frames without object and probe, and no force")
     add_devices(parser, "sensors")
     add("--force", type=Path, metavar="FILE",

@@ -23,15 +23,8 @@ CURVE_IN = 2.3
 
 
 def make_hertz_fits(inputs: Any, params: Any) -> Figure:
-    """Hertz model fitted to each capture."""
-    return hertz_fits(params.captures, read_all(inputs.fits))
-
-
-def hertz_fits(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> Figure:
-    """Hertz model fitted to one point per sensor, with range and residuals.
-
-    Of the hertz.json of captures (``sensor, point, provenance``).
-    """
+    """Hertz model fitted to each capture, with range and residuals."""
+    captures, fits = params.captures, read_all(inputs.fits)
     count = len(fits)
     size = max(style.COLUMN_IN, style.PAGE_IN * count / 2), 4.1
     look = {"height_ratios": (3, 1), "sharex": True, "sharey": "row", "squeeze": False}

@@ -4,13 +4,16 @@ from collections.abc import Collection, Mapping
 from itertools import product
 from pathlib import Path
 
+from palpate.capture.check_capture import check_images
 from palpate.capture.discover import folders
-from palpate.capture.experiments import check_experiment
+from palpate.capture.experiments import check_experiment, check_with_force
 from palpate.config.probe import PARTS
 from palpate.config.sensor import HAND_EYE, asks_for_base
 from palpate.workflow.lab_captures import says_simulated
 
 LONGEST_PATH = 1000
+# Recordings that `palpate noise` takes, and no run.
+OF_NOISE = {"rest": check_with_force, "plate": check_images}
 
 
 def path_problems(paths: Mapping, source: str) -> list[str]:
@@ -48,7 +51,7 @@ def dropped_experiments(folder: Path, sensors: Mapping, lab: Mapping | None) -> 
         if (spec := sensors.get(place.name)) is not None
         for experiment in folders(place)
         if experiment.name not in made or not says_simulated(experiment)
-        for line in check_experiment(experiment, spec)
+        for line in OF_NOISE.get(experiment.name, check_experiment)(experiment, spec)
     ]
 
 
