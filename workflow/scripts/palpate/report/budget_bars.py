@@ -204,18 +204,14 @@ def _whole(rows: Sequence[Mapping], name: str) -> str:
 
 def _size(row: Mapping) -> str:
     """A standard uncertainty in the unit in which it is read best, or what it is a part of."""
-    std, unit, of = row["standard_uncertainty"], row["unit"], SOURCES[row["source"]].of
+    std, of = row["standard_uncertainty"], SOURCES[row["source"]].of
     origin = f", {row['origin']}" if row["origin"] not in (CONFIGURED, OBSERVED) else ""
-    if unit == "1":
-        return f"±{_two_digits(PERCENT * std if of.startswith('%') else std)} {of}{origin}"
-    own, _, per = unit.partition("/")
-    scale, better = readable(std, own) if own in READABLE else (1.0, own.replace("1", ""))
-    return f"±{_two_digits(scale * std)} {better}{f'/{per}' * bool(per)}{origin}"
-
-
-def _two_digits(value: float) -> str:
-    """Two digits that count, without an exponent where there are few others."""
-    return f"{float(f'{value:.2g}'):g}"
+    own, slash, per = row["unit"].partition("/")
+    scale, unit = readable(std, own) if own in READABLE else (1.0, own.removeprefix("1"))
+    if not unit + per:
+        scale, unit = PERCENT if of.startswith("%") else 1.0, of
+    # Two digits that count, without an exponent where there are few others.
+    return f"±{float(f'{scale * std:.2g}'):g} {unit}{slash}{per}{origin}"
 
 
 def _advice(rows: Sequence[Mapping], shares: NDArray, order: NDArray) -> dict[str, str]:

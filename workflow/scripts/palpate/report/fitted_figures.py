@@ -5,6 +5,7 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
@@ -138,15 +139,10 @@ def _motion(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
 
 def _by_ring(away: NDArray, std: NDArray) -> tuple[NDArray, NDArray]:
     """Distances, and the root mean square of the deviations of what is as far, (r,) each."""
-    there = np.isfinite(std)
-    away, std = away[there], std[there]
-    if not len(away):
-        return away, std
-    edges = np.quantile(away, np.linspace(0, 1, RINGS + 1))
-    ring = np.clip(np.searchsorted(edges, away, side="right"), 1, RINGS)
-    rings = [ring == k for k in np.unique(ring)]
-    means = np.array([(away[one].mean(), np.sqrt((std[one] ** 2).mean())) for one in rings])
-    return means[:, 0], means[:, 1]
+    seen = pd.DataFrame({"away": away, "variance": std**2}).dropna()
+    ring = pd.qcut(seen["away"], RINGS, labels=False, duplicates="drop") if len(seen) else []
+    means = seen.groupby(ring).mean()
+    return means["away"].to_numpy(), np.sqrt(means["variance"].to_numpy())
 
 
 def _band(axes: Axes, place: NDArray, std: NDArray) -> None:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from palpate.json_fields import read_all
 from palpate.modulus import IDENTIFIED
@@ -79,7 +80,7 @@ def moduli_figure(
         if len(rows) > 1:
             panels[0].set_title(name.replace("_", " "))
     if truths:
-        axes[0, -1].legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2)
+        figure.legend(handles=[Line2D([], [], **TRUTH)], loc="lower left")
     return finished(figure, {capture["provenance"] for capture in captures})
 
 

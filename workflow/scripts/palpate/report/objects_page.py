@@ -43,8 +43,7 @@ def objects_page(
     tracker : str
         Whose surfaces they are.
     """
-    young = (Modulus.of_row(row, YOUNG) for row in rows)
-    axis = ticks([one for one in young if one])
+    axis = ticks([*filter(None, (Modulus.of_row(row, YOUNG) for row in rows))])
     simulated = sum(row["provenance"] == "simulated" for row in rows)
     labelled = [{"x": _across(tick, axis), "text": _tick(tick)} for tick in axis]
     return rendered(

@@ -20,7 +20,6 @@ from palpate.report.style import sensor_name
 from palpate.report.viewer import plotly
 
 SIMULATED_NOTE = "Simulated: pictures and forces were computed; no such object was indented."
-OVERVIEW = "../objects.html"
 
 
 def own_page(
@@ -83,7 +82,6 @@ def own_page(
     return rendered(
         "own_page.html.j2",
         title=title_of(name),
-        overview=OVERVIEW,
         simulated=SIMULATED_NOTE if (summary["provenance"] == "simulated").any() else "",
         estimates=list(_estimates(recommended.to_dict("records"), joints, held)),
         verdicts=[(one, told) for one, told in VERDICTS.items() if one in given],

@@ -3,18 +3,18 @@
 import base64
 import json
 import re
+from itertools import count
 from pathlib import Path
 
 import cv2
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markdown_it import MarkdownIt
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
-NUMBER = re.compile(r"<td>(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)</td>")
-HEAD = re.compile(r"<th>(.*?)</th>")
-# Keys scroll what can have the focus.
-BOX = '<div class="wide" role="region" aria-label="Table" tabindex="0">'
+NUMBER = re.compile(r"(-?\d+(\.\d+)?(e[+-]?\d+)?)?")
+TABLE = re.compile(r"<table>.*?</table>", re.DOTALL)
+HEAD, CELL = re.compile(r"<th[^>]*>(.*?)</th>"), re.compile(r"<td[^>]*>(.*?)</td>")
 # First bytes of a JPEG, and the quality that asks OpenCV for WebP without loss.
 JPEG, LOSSLESS = b"\xff\xd8", 101
 PARSER = MarkdownIt("commonmark", {"html": False}).enable("table")
@@ -34,12 +34,10 @@ def rendered(template: str, **values: object) -> str:
 def page(markdown: str, *, title: str) -> str:
     """Render Markdown with pipe tables as a page; HTML in it is shown as text.
 
-    Numbers stand right-aligned; columns' names may break after an underscore; a table that is wider
-    than the window scrolls by itself.
+    Columns of numbers stand right-aligned, their names may break after an underscore. A table that
+    is wider than the window scrolls by itself; on a narrow screen each of its rows is a card.
     """
-    body = NUMBER.sub(r'<td class="number">\1</td>', PARSER.render(markdown))
-    body = HEAD.sub(lambda head: f"<th>{head[1].replace('_', '_<wbr>')}</th>", body)
-    body = body.replace("<table>", f"{BOX}<table>").replace("</table>", "</table></div>")
+    body = TABLE.sub(_table, PARSER.render(markdown))
     return rendered("page.html.j2", title=title, body=Markup(body))
 
 
@@ -50,6 +48,22 @@ def title_of(name: str) -> str:
     'Foam ball'
     """
     return name.replace("_", " ").capitalize()
+
+
+def _table(found: re.Match) -> str:
+    """A table with the names of the columns in their cells."""
+    heads, cells, at = HEAD.findall(found[0]), CELL.findall(found[0]), count()
+    numeric = [all(map(NUMBER.fullmatch, cells[k :: len(heads)])) for k in range(len(heads))]
+
+    def cell(one: re.Match) -> str:
+        k = next(at) % len(heads)
+        kind = ' class="number"' * numeric[k]
+        return f'<td{kind} data-head="{escape(Markup(heads[k]).striptags())}">{one[1]}</td>'
+
+    table = HEAD.sub(lambda head: f"<th>{head[1].replace('_', '_<wbr>')}</th>", found[0])
+    table = CELL.sub(cell, table).replace("<table>", '<table class="cards">')
+    # Keys scroll what can have the focus.
+    return f'<div class="wide" role="region" aria-label="Table" tabindex="0">{table}</div>'
 
 
 def _script(data: object) -> Markup:
