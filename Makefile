@@ -56,6 +56,8 @@ truth: .venv/installed
 	rm -rf results/truth
 	$(BIN)/python tools/truth_gate.py begin
 	$(SNAKEMAKE) --configfile tests/truth/config.yaml -- $(TRUTH)
+	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python -m validation.forecasts \
+	  results/truth/captures results/truth/results
 	$(BIN)/python tools/truth_gate.py record
 
 # Randomised objects and rigs of a seed, estimated and compared with their truth; a rejected capture
