@@ -149,6 +149,7 @@ def test_frames_and_captures_change(objects):
 
 @in_a_browser
 def test_the_report_lists_chapters_and_opens_a_figure(report):
+    assert "Foam block" in report.run("return document.querySelector('.estimates').textContent")
     names = report.run(NAMED)
     assert {"3 Models and simulation", "4 Seeing", "5 Experiments", "This run"} <= set(names)
     assert report.run(CLICK, "5 Experiments")

@@ -111,7 +111,7 @@ function traces(view, frame) {
   const values = valuesOf(view, frame, what), there = values.flatMap((one, at) => (one === null ? [] : [at]));
   const [x, y, z] = [0, 1, 2].map((axis) => there.map((at) => view.samples[3 * at + axis]));
   const marker = {
-    size: 5, color: there.map((at) => values[at]), colorscale: BOTH_WAYS, cmin: -view.most_mm, cmax: view.most_mm,
+    size: 4, color: there.map((at) => values[at]), colorscale: BOTH_WAYS, cmin: -view.most_mm, cmax: view.most_mm,
     line: { width: 0.5, color: "#555" }, colorbar: bar("Along the normal, outward (mm)"),
   };
   drawn.push({ type: "scatter3d", mode: "markers", x, y, z, marker, hovertemplate: "%{marker.color:.2f} mm<extra></extra>" });
