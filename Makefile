@@ -13,7 +13,7 @@ BONDED := 01 $(addprefix 01-a0,1 2 3 4 5 6 7 8 9) 01-a10 02
 PROTOCOL_CAPTURES := $(addprefix glued_block/bumblebee/,$(BONDED)) loose_block/bumblebee/01 \
   $(addprefix bad_bench/bumblebee/,01 01-a01)
 # Figures that README.md and docs show, of a full run, of `make bench sections="growth rig"`.
-PICTURES := overview growth rig_pivot rig_load rig_stiffness
+PICTURES := overview growth plan rig_load rig_pivot rig_stiffness
 REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
 
 # What follows a run: results $(1), the run's command $(2).
@@ -137,8 +137,12 @@ docs: .venv/installed results/.sphinx/installed
 	  --doctree-dir results/.sphinx/doctrees docs results/site
 
 # From the last `make results` and `make bench`: docs/pictures holds copies, nothing drawn by hand.
-pictures:
+pictures: results/figures/plan.png
 	cp $(PICTURES:%=results/figures/%.png) docs/pictures/
+
+results/figures/plan.png: .venv/installed
+	$(BIN)/palpate plan tests/own_object/raw/toy_cow --sensor bench_cam --modulus-kpa 30 --figure $@ \
+	  --sensors tests/own_object/sensors --probes tests/own_object/probes
 
 # What README.md, docs/trust.md and docs/start_here.md quote, against the last `make truth`,
 # `make results`, `make protocols` and `make own-object`.
