@@ -89,12 +89,12 @@ def test_finds_and_writes_what_was_put_in(rig, monkeypatch, capsys):
     found = {one["name"]: one for one in json.loads(shown.out)}
     expected = {f"f{k}, each sample": FORCE_STD_N for k in "xyz"}
     expected |= {"tracked pose (m)": POSE_STD_M, "tracked pose (rad)": POSE_STD_RAD}
-    expected["force, drift"] = np.sqrt(np.mean(DRIFT_N**2))
+    expected["force, drift in a capture"] = np.sqrt(np.mean(DRIFT_N**2))
     expected["displacement, error beyond noise"] = ERROR_M
     for name, value in expected.items():
         assert found[name]["value"] == pytest.approx(value, rel=TOLERANCE), name
-    length_m = found["length of that error in space"]["value"]
-    assert length_m == pytest.approx(np.sqrt(2) * LENGTH_M, rel=0.3)
+    length_m = found["patch of alike errors"]["value"]
+    assert length_m == pytest.approx(2 * np.sqrt(2) * LENGTH_M, rel=0.3)
     assert (rig / "noise.svg").stat().st_size > 10_000
     pairs = zip(before, path.read_text().splitlines(), strict=True)
     changed = [new.split(":")[0].strip() for old, new in pairs if old != new]

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from palpate.__main__ import main
 from palpate.estimate.direct.estimate import estimate_direct
@@ -46,7 +47,6 @@ def test_captures_with_that_noise_come_to_the_widths_that_are_forecast(planned, 
     ("better", "worse"),
     [
         ({"captures": 8}, {"captures": 1}),
-        ({"points": 3}, {}),
         ({"depth_m": 0.006}, {"depth_m": 0.003}),
         ({"frame_rate_hz": 30.0}, {"frame_rate_hz": 5.0}),
     ],
@@ -70,14 +70,35 @@ def test_a_camera_that_sees_nothing_or_a_depth_beyond_the_table_is_an_error(plan
     below = replace(protocol, camera_m=planned.table.point_m - [0, 0, 0.5])
     with pytest.raises(ValueError, match="samples: expected some that the camera sees"):
         planned.forecast(below)
-    with pytest.raises(ValueError, match="up to the table's 6.0 mm, found 7"):
+    with pytest.raises(ValueError, match="up to the table's 6.0 mm, found 7 mm"):
         planned.forecast(replace(protocol, depth_m=0.007))
+
+
+def test_a_force_within_its_noise_or_a_frame_or_two_determine_nothing(planned, protocol):
+    with pytest.raises(ValueError, match="force"):
+        replace(planned, youngs_modulus_pa=100.0).forecast(protocol)
+    with pytest.raises(ValueError, match="frame_rate_hz: expected 5 frames in contact or more"):
+        planned.forecast(replace(protocol, frame_rate_hz=1.0))
+
+
+def test_poses_of_a_robot_bring_the_error_of_their_base(planned, protocol):
+    robot = {name: value for name, value in planned.sensor.items() if name != "marker"}
+    robot |= {"base": {"camera_from_base": np.eye(4).tolist(), "pose_std_m": 5e-5}}
+    noise, usual = (Noise.expected(of, planned.probe, 0.7) for of in (robot, planned.sensor))
+    assert noise.tip_m == 5e-5 and noise.surface_m == usual.surface_m
+    widths = [
+        replace(planned, sensor=of).forecast(protocol).half_width["youngs_modulus_pa"]
+        for of in (planned.sensor, robot)
+    ]
+    assert widths[0] < widths[1]
 
 
 REJECTED = {
     "--modulus-kpa -3": "--modulus-kpa: expected a number above 0, found -3",
     "--modulus-kpa 30 --nu 0.5": "--nu: expected from 0 to below 0.5, found 0.5",
-    "--modulus-kpa 30 --captures 0": "--captures: expected a number above 0, found 0",
+    "--modulus-kpa 30 --captures 0": "--captures: expected a number above 0 and up to 100, found 0",
+    "--modulus-kpa 30 --frame-rate-hz 1e4": "--frame-rate-hz: expected a number above 0 and up to",
+    "--modulus-kpa 30 --camera-mm 0 0 9 --distance-mm 9": "--distance-mm: expected none beside",
     "--modulus-kpa 30 --point 99": "--point: expected one of",
     "--modulus-kpa 30 --sensor none": "none.yaml: file: expected YAML, found nothing",
     "--modulus-kpa 30 --figure x.txt": "--figure: expected a file that ends with",

@@ -88,6 +88,10 @@ rule own_report:
         optics=OWN.optics,
         tracked=OWN.files(OWN.first, f"tracked-{RUN.tracker}.npz"),
         fitted=OWN.joint("fitted.npz"),
+        template=RUN.template_of,
+        paths=OWN.files(OWN.first, "path.csv"),
+        motions=OWN.files(OWN.first, "motion.npz"),
+        alignments=OWN.files(OWN.first, "alignment.json"),
     output:
         page=RUN.results("{object}/report.html"),
     log:

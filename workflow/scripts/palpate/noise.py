@@ -6,7 +6,7 @@ The static and the rigid-motion test of the Good Practices Guide for Digital Ima
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot, inf, nan
+from math import hypot, nan
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +18,7 @@ from palpate.capture.images import Stream, all_streams
 from palpate.capture.tables import columns_of, read_force, read_frames
 from palpate.config.sensor import said_of_base
 from palpate.estimate.direct import motion, samples
+from palpate.estimate.direct.deviations import correlation_length
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 from palpate.surface.template import Template
@@ -42,8 +43,10 @@ LARGE_M, AWAY_M = 2.0, 10.0
 STILL_M, MOVED_M = 0.0002, 0.001
 # Means of an unloaded force over a bias window that are compared.
 FEWEST_WINDOWS = 4
-# The noisiest part of single pixels, gross errors; and bins of distance between samples [m].
-GROSS, STEP_M = 0.01, 0.004
+# Of a usual capture, over which a force drifts; and how options call its errors.
+CAPTURE_S, WORDS = 5.0, {"zero": "offset", "drift": "drift in a capture"}
+# The noisiest part of single pixels, gross errors.
+GROSS = 0.01
 OF_POSE = "the pose's own deviation"
 AHEAD, NOWHERE = np.array([0.0, 0.0, 1.0]), {"tip_radius_m": 0.0, "radius_m": 0.0}
 
@@ -70,8 +73,8 @@ class Quantity:
 
     @property
     def ratio(self) -> float | None:
-        """Measured over stated; None where nothing is."""
-        return None if self.stated is None else self.value / self.stated if self.stated else inf
+        """Measured over stated; None where nothing, or 0, is."""
+        return self.value / self.stated if self.stated else None
 
     @property
     def exceeds(self) -> bool:
@@ -242,10 +245,12 @@ def _force(
     found = [Quantity(f"f{'xyz'[k]}, {name}", "N", of[k]) for name, of in rows for k in range(3)]
     # Allan's deviation: what means of neighbouring windows differ by, over the root of 2.
     offset_n = _rms(np.diff(means, axis=0)) / np.sqrt(2)
-    for name, value in (("zero", offset_n), ("drift", _rms(drift_n))):
+    # A capture is shorter than a recording at rest.
+    part = min(1.0, CAPTURE_S / float(np.ptp(time_s)))
+    for name, value in (("zero", offset_n), ("drift", part * _rms(drift_n))):
         field = f"force_{name}_std_n"
         stated = getattr(rig, field), f"direct.fit.rig.{field}"
-        found.append(Quantity(f"force, {name}", "N", value, *stated))
+        found.append(Quantity(f"force, {WORDS[name]}", "N", value, *stated))
     return _over_time(time_s, forces), found
 
 
@@ -259,8 +264,8 @@ def _flat_surface(
 
     Nothing moves where the probe's places are given; else it rests in the first frames.
     """
-    eye_m, middle = clouds.viewpoint_of(sensor), _middle(sensor)
-    none = clouds.ProbePlace(eye_m - AWAY_M * AHEAD, AHEAD, None, None, NOWHERE, eye_m)
+    camera_m, middle = clouds.viewpoint_of(sensor), _middle(sensor)
+    none = clouds.ProbePlace(camera_m - AWAY_M * AHEAD, AHEAD, None, None, NOWHERE, camera_m)
     each = places or [none] * len(read_frames(folder))
 
     def scene(images: Mapping, place: clouds.ProbePlace) -> clouds.Cloud:
@@ -360,26 +365,13 @@ def _of_plate(seen: FlatSurface, config: Config) -> list[Quantity]:
     if not len(left):
         return []
     pattern_m = float(np.sqrt(max(_rms(left) ** 2 - _rms(seen.left_m[: seen.rest]) ** 2, 0.0)))
-    length_m = _correlation_length(seen.motion.cell_m, left)
+    # The fit's patches are twice as large as this, or as it says.
+    length_m = 2 * correlation_length(seen.motion.cell_m, np.nanmean(left, axis=0)[None])
     return [
         Quantity("displacement, error in space", "m", _rms(left)),
         Quantity("displacement, error beyond noise", "m", pattern_m),
-        Quantity("length of that error in space", "m", length_m, patch_m, "patches of the fit"),
+        Quantity("patch of alike errors", "m", length_m, patch_m, "direct.fit.patch_m"),
     ]
-
-
-def _correlation_length(places_m: NDArray, errors_m: NDArray) -> float:
-    """Distance over which errors (f, c) at places (c, 3) lose all but 1/e of their correlation [m].
-
-    Of what neighbours share: each place's own noise is left out.
-    """
-    pairs = np.triu_indices(len(places_m), 1)
-    away_m = np.linalg.norm(places_m[pairs[0]] - places_m[pairs[1]], axis=1)
-    number, filled = (away_m / STEP_M).astype(int), np.nan_to_num(errors_m)
-    shared = np.bincount(number, (filled.T @ filled)[pairs]) / np.bincount(number).clip(1)
-    first = np.flatnonzero(shared)[0]
-    below = np.flatnonzero(shared[first:] < shared[first] / np.e)
-    return float(STEP_M * (first + (below[0] if len(below) else len(shared)) + 0.5))
 
 
 def _of_target(

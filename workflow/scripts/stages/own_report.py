@@ -1,5 +1,6 @@
 """Page of one object, in one file for a browser."""
 
+import logging
 from pathlib import Path
 
 import numpy as np
@@ -7,8 +8,11 @@ import pandas as pd
 from palpate.capture.files import write_text
 from palpate.capture.images import Stream
 from palpate.capture.tables import columns_of, read_table
+from palpate.estimate.direct.motion import load_motion
+from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.result import load_fitted
 from palpate.json_fields import read_all, read_by_folder
+from palpate.plan import as_recorded, narrowed
 from palpate.report.estimate_rows import compared
 from palpate.report.held import Held, named
 from palpate.report.own_figures import OWN_FIGURES
@@ -17,13 +21,14 @@ from palpate.report.press_pictures import Frames, glimpses
 from palpate.report.settings_words import as_yaml, checksums, rests_on
 from palpate.report.viewer import view
 from palpate.solid.indentation_table import load_indentation
+from palpate.surface.alignment import load_alignment
 from palpate.surface.tracked import load_tracked
 from palpate.vision.camera import camera_from_spec, with_calibration
 from palpate.vision.clouds import read_clouds
 from palpate.vision.foreground import load_masks
 from palpate.vision.probe import AXIS, TIP
 from palpate.workflow.job import naming, run
-from palpate.workflow.object_inputs import read_declared
+from palpate.workflow.object_inputs import read_declared, read_object
 
 
 def main(snakemake):
@@ -54,6 +59,7 @@ def main(snakemake):
             checksums=checksums(files_of(inputs, params)),
             files={name: as_yaml(content) for name, content in files.items()},
             views=list(views_of(inputs.tracked, firsts, fits)),
+            narrowed=dict(narrowed_of(inputs, params)),
         )
     write_text(snakemake.output.page, text)
 
@@ -72,6 +78,26 @@ def files_of(inputs, params):
     estimates = {f"direct.json of {group['sensor']}": path for group, path in joints}
     found = {Path(inputs[name]).name: inputs[name] for name in ("object", "solid", "summary")}
     return found | estimates | captures
+
+
+def narrowed_of(inputs, params):
+    """By sensor, what would narrow its intervals."""
+    _, support, template = read_object(inputs)
+    tables = dict(zip(params.points, inputs.tables, strict=True))
+    joints = dict(zip((g["sensor"] for g in params.groups), read_all(inputs.joint), strict=True))
+    files = inputs.paths, inputs.motions, inputs.alignments
+    for capture, sensor, path, motion, pose in zip(
+        params.first, params.sensors, *files, strict=True
+    ):
+        table, found = load_indentation(tables[capture["point"]]), joints[capture["sensor"]]
+        rig = table, template, support, sensor, params.probe
+        known = {"path": read_table(path), "motion": load_motion(motion)}
+        known |= {"alignment": load_alignment(pose), "found": found}
+        options = {"options": Fit.read(params.options)}
+        try:
+            yield capture["sensor"], narrowed(*as_recorded(*rig, **known, **options), found)
+        except ValueError as error:  # a plan's camera may see less than the recording's
+            logging.warning("%s: no forecast of other recordings: %s", capture["sensor"], error)
 
 
 def views_of(paths, firsts, fits):

@@ -11,20 +11,16 @@ import json
 import sys
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 from palpate.config.probe import ProbeSpec
 from palpate.config.sensor import SensorSpec
 from palpate.estimate.direct.motion import load_motion
-from palpate.plan import Noise, Planned, Protocol
+from palpate.plan import as_recorded
 from palpate.solid.indentation_table import load_indentation
 from palpate.solid.support import read_support
 from palpate.surface.alignment import load_alignment
-from palpate.surface.pose import to_object
 from palpate.surface.template import read_template
 from palpate.units import PERCENT
-from palpate.vision.force import FORCE
-from palpate.vision.probe import ALONG_STD
 from palpate.yaml_files import load_yaml
 
 COMPARED = {
@@ -33,8 +29,6 @@ COMPARED = {
     "youngs_modulus_pa": "youngs_modulus",
 }
 NU = "poisson_ratio"
-# Of the greatest force: frames before it are at rest.
-AT_REST = 0.03
 
 
 def forecasts(raw: Path, results: Path, config: Path) -> pd.DataFrame:
@@ -46,10 +40,18 @@ def forecasts(raw: Path, results: Path, config: Path) -> pd.DataFrame:
         capture, count = found["captures"][0], len(found["captures"])
         folder, point = results / name / sensor / capture, capture.partition("-")[0]
         if (name, sensor, point) not in known:
-            of_object = raw / name, results / name, point
-            known[name, sensor, point] = _planned(*of_object, folder, config, sensor)
-        planned = known[name, sensor, point]
-        forecast = planned.forecast(_protocol(found, folder, planned, count)).half_width
+            known[name, sensor, point] = _rig(raw / name, results / name, point, config, sensor)
+        files = {
+            "path": pd.read_csv(folder / "path.csv"),
+            "motion": load_motion(folder / "motion.npz"),
+            "alignment": load_alignment(folder / "alignment.json"),
+        }
+        truth = load_yaml(results / "lab" / name / "material.json")
+        guess = truth["youngs_modulus_pa"], truth["poisson_ratio"]
+        planned, protocol = as_recorded(
+            *known[name, sensor, point], **files, found=found, guess=guess
+        )
+        forecast = planned.forecast(protocol).half_width
         row = {"object": name, "sensor": sensor, "captures": count}
         row |= {"capture": capture if path.parent.name == capture else "all"}
         for modulus, column in COMPARED.items():
@@ -61,38 +63,18 @@ def forecasts(raw: Path, results: Path, config: Path) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _planned(
-    raw: Path, results: Path, point: str, folder: Path, config: Path, sensor: str
-) -> Planned:
-    """Object, rig and true moduli, with the noise of a capture at rest."""
-    spec, material = load_yaml(raw / "object.yaml"), results.parent / "lab" / raw.name
+def _rig(raw: Path, results: Path, point: str, config: Path, sensor: str) -> tuple:
+    """Table, template and support of a point, and the files of sensor and probe."""
+    spec = load_yaml(raw / "object.yaml")
     places = (place / "template.ply" for place in (raw, results))
     template = next(path for path in places if path.is_file())
-    truth = json.loads((material / "material.json").read_text(encoding="utf-8"))
-    path, motion = pd.read_csv(folder / "path.csv"), load_motion(folder / "motion.npz")
-    force_n = np.linalg.norm(path[FORCE], axis=1)
-    rest = force_n[: int(np.argmax(force_n > AT_REST * force_n.max()))]
-    stds = np.nanmedian(path[ALONG_STD]), rest.std(), np.nanmedian(motion.std_m)
-    return Planned(
+    return (
         load_indentation(results / f"indentation-{point}.npz"),
         read_template(template, unit=spec["template"]["unit"]),
         read_support(spec["support"]),
         SensorSpec.plain(load_yaml(config / "sensors" / f"{sensor}.yaml")),
         ProbeSpec.plain(load_yaml(config / "probes" / f"{spec['probe']}.yaml")),
-        Noise(*map(float, stds)),
-        truth["youngs_modulus_pa"],
-        truth["poisson_ratio"],
     )
-
-
-def _protocol(found: dict, folder: Path, planned: Planned, count: int) -> Protocol:
-    """How captures were indented."""
-    time_s = pd.read_csv(folder / "path.csv")["time_s"]
-    deepest = np.median([one["largest_depth_m"] for one in found["residuals"]])
-    pose = load_alignment(folder / "alignment.json").camera_from_object
-    camera_m = to_object(pose, np.zeros((1, 3)))[0]
-    size = min(deepest, planned.table.depth_m[-1]), 1 / np.median(np.diff(time_s))
-    return Protocol(*map(float, size), planned.table.radius_m, camera_m, captures=count)
 
 
 if __name__ == "__main__":

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
-from palpate.capture.devices import CONFIG, add_devices, device_folder, raw_folder, read_device
+from palpate.capture.devices import CONFIG, add_devices, device_folder, raw_folder
 from palpate.capture.files import whole_file, write_text
 from palpate.commands.help import add_verb, check_figure
-from palpate.commands.project import Project
-from palpate.config.probe import asked, require_met
+from palpate.commands.project import Project, calibrated_devices
 from palpate.workflow.configuration_checks import OF_NOISE
 from palpate.workflow.lab_captures import is_simulated
 
@@ -43,7 +42,7 @@ def _noise(options: argparse.Namespace) -> None:
     project, names = Project.near(Path()), {"sensors": options.sensor, "probes": options.probe}
     places = {kind: device_folder(kind, getattr(options, kind), Path()) for kind in names}
     files = {kind: place / f"{names[kind]}.yaml" for kind, place in places.items()}
-    sensor, probe = _devices(files, project)
+    sensor, probe = calibrated_devices(files, project)
     folders, config = _recordings(options, sensor), project.config(options.config)
     from palpate.noise import measure
 
@@ -68,26 +67,6 @@ def _noise(options: argparse.Namespace) -> None:
         was = f"{one.stated:g} till now; {'written' if done else 'to be put there'}"
         out = sys.stderr if options.json else sys.stdout
         print(f"{path}: {one.source}: {value} ({was})", file=out)
-
-
-def _devices(files: Mapping[str, Path], project: Project) -> tuple[Mapping, Mapping]:
-    """Sensor and probe, with what a run's calibrations found where they ask for it."""
-    from palpate.vision.calibrated_probe import calibrated_probe, placed_sensor
-    from palpate.vision.camera import sensor_with_optics
-
-    (sensor, wrong), (probe, more) = (read_device(path, kind) for kind, path in files.items())
-    if wrong or more:
-        raise ValueError("\n".join([*wrong, *more]))
-    name, optics = sensor["sensor"], None
-    if sensor.get("optics") == "calibration":
-        optics = project.optics(name)
-        if optics is None:
-            made = f"results/sensors/{name}/calibration.json of a run (or stated)"
-            raise ValueError(f"{files['sensors']}: optics: expected {made}, found none")
-    calibrations = project.calibrations(name)
-    probe = calibrated_probe(probe, calibrations)
-    require_met(asked(probe), probe)
-    return placed_sensor(sensor_with_optics(sensor, optics and str(optics)), calibrations), probe
 
 
 def _recordings(options: argparse.Namespace, sensor: Mapping) -> dict[str, Path]:

@@ -4,7 +4,6 @@ import argparse
 import json
 import sys
 from collections.abc import Iterator, Mapping
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,10 +12,10 @@ import numpy as np
 from palpate.capture.devices import add_devices, device_folder, read_device
 from palpate.capture.files import whole_file
 from palpate.commands.help import add_verb, check_figure
-from palpate.commands.project import Project
+from palpate.commands.project import Project, calibrated_devices
 from palpate.config.model import Model, problems
 from palpate.config.object import ObjectSpec
-from palpate.modulus import VERDICTS
+from palpate.modulus import BOUNDED, IDENTIFIED, NOT_IDENTIFIED
 from palpate.units import MILLIMETRES, PERCENT
 from palpate.yaml_files import load_yaml
 
@@ -30,7 +29,21 @@ point, the rig's noise and a guess of E. The table is made once and kept.
 """
 EXAMPLE = "palpate plan raw/sponge --sensor d435 --modulus-kpa 30"
 # Of the maximum depth that the table has.
-USUAL_PART, USUAL_RATE_HZ = 0.8, 30.0
+USUAL_PART = 0.8
+# Where nothing is said [mm]; and the most that a plan is drawn up for.
+DISTANCE_MM, LARGEST = 700.0, 1e9
+MOST = {"frame_rate_hz": 300, "captures": 100}
+# Options, fields of `palpate.plan.Noise`, and units in an SI one.
+NOISES = {
+    "tip_noise_mm": ("tip_m", MILLIMETRES),
+    "surface_noise_mm": ("surface_m", MILLIMETRES),
+    "force_noise_n": ("force_n", 1.0),
+}
+OF_NU = {
+    IDENTIFIED: "is going to be identified",
+    BOUNDED: "is going to be bounded only",
+    NOT_IDENTIFIED: "is not going to be identified",
+}
 SHOWN = ("effective_reduced_modulus_pa", "reduced_modulus_pa", "youngs_modulus_pa")
 NU, E = "poisson_ratio", "youngs_modulus_pa"
 HEADINGS = ("protocol", "effective E*", "E*", "E", "nu", "nu is", "E is limited by")
@@ -49,22 +62,25 @@ def _plan(options: argparse.Namespace) -> int:
         with whole_file(options.figure) as part:
             plan_figure(rows).savefig(part)
     if options.json:
-        print(
-            json.dumps([{"protocol": text} | one.to_dict() for text, one in rows.items()], indent=2)
-        )
+        rig = {"noise": vars(planned.noise), "youngs_modulus_pa": planned.youngs_modulus_pa}
+        rig |= {"poisson_ratio": planned.poisson_ratio}
+        forecasts = [{"change": text} | one.to_dict() for text, one in rows.items()]
+        print(json.dumps(rig | {"forecasts": forecasts}, indent=2))
         return 0
     print("\n".join([*_table(rows), "", *_sentences(rows, planned.noise)]))
     return 0
 
 
 def _check_options(options: argparse.Namespace) -> None:
-    names = "modulus_kpa", "depth_mm", "frame_rate_hz", "distance_mm", "surface_noise_mm"
-    for name in (*names, "tip_noise_mm", "force_noise_n", "captures", "points"):
-        value, shown = getattr(options, name), f"--{name.replace('_', '-')}"
-        if value is not None and not 0 < value < inf:
-            raise ValueError(f"{shown}: expected a number above 0, found {value:g}")
+    for name in (*NOISES, "modulus_kpa", "depth_mm", "distance_mm", *MOST):
+        value, shown, most = getattr(options, name), f"--{name.replace('_', '-')}", MOST.get(name)
+        if value is not None and not 0 < value <= (most or LARGEST):
+            ends = f"above 0 and up to {most}" if most else "above 0"
+            raise ValueError(f"{shown}: expected a number {ends}, found {value:g}")
     if not 0 <= options.nu < 0.5:
         raise ValueError(f"--nu: expected from 0 to below 0.5, found {options.nu:g}")
+    if options.camera_mm and options.distance_mm:
+        raise ValueError("--distance-mm: expected none beside --camera-mm, found one")
 
 
 def _planned(options: argparse.Namespace) -> "Planned":
@@ -79,8 +95,7 @@ def _planned(options: argparse.Namespace) -> "Planned":
     name = options.probe or declared.get("probe")
     if name is None:
         raise ValueError(f"{folder}/object.yaml: probe: expected one (or --probe), found none")
-    sensor = _device("sensors", options.sensors, folder, options.sensor)
-    probe = _device("probes", options.probes, folder, name)
+    sensor, probe = _devices(options, name)
     point = options.point or next(iter(declared["points"]))
     if point not in declared["points"]:
         expected = f"one of {', '.join(declared['points'])}"
@@ -92,14 +107,14 @@ def _planned(options: argparse.Namespace) -> "Planned":
     of_object = folder, declared, path, template, read_support(declared["support"])
     of_point = point, probe["indenter"]["radius_m"], config.direct.model
     table = TablePoint(*of_object, *of_point).table(project, _begin, fast=True)
-    noise = Noise.expected(sensor, probe, options.distance_mm / MILLIMETRES)
-    given = {
-        "tip_m": options.tip_noise_mm and options.tip_noise_mm / MILLIMETRES,
-        "surface_m": options.surface_noise_mm and options.surface_noise_mm / MILLIMETRES,
-        "force_n": options.force_noise_n,
-    }
-    noise = Noise(**vars(noise) | {name: one for name, one in given.items() if one})
-    rig, guess = (sensor, probe, noise), (options.modulus_kpa * 1e3, options.nu)
+    away_m = (options.distance_mm or DISTANCE_MM) / MILLIMETRES
+    if options.camera_mm:
+        away_m = float(np.linalg.norm(np.array(options.camera_mm) / MILLIMETRES - table.point_m))
+    noise = vars(Noise.expected(sensor, probe, away_m))
+    for name, (field, scale) in NOISES.items():
+        if (value := getattr(options, name)) is not None:
+            noise[field] = value / scale
+    rig, guess = (sensor, probe, Noise(**noise)), (options.modulus_kpa * 1e3, options.nu)
     fit, observation = config.direct.fit, config.direct.observation
     return Planned(table, *of_object[3:], *rig, *guess, options=fit, observation=observation)
 
@@ -112,23 +127,31 @@ def _read(path: Path, model: type[Model]) -> Mapping:
     return model.plain(spec)
 
 
-def _device(kind: str, given: Path | None, near: Path, name: str) -> Mapping:
-    """The file of a sensor or a probe."""
-    spec, lines = read_device(device_folder(kind, given, near) / f"{name}.yaml", kind)
-    if lines:
+def _devices(options: argparse.Namespace, probe: str) -> tuple[Mapping, Mapping]:
+    """Sensor and probe as a run calibrated them, or as stated where none has yet."""
+    named = {"sensors": options.sensor, "probes": probe}
+    files = {
+        kind: device_folder(kind, getattr(options, kind), options.folder) / f"{name}.yaml"
+        for kind, name in named.items()
+    }
+    read = {kind: read_device(path, kind) for kind, path in files.items()}
+    if lines := [line for _, wrong in read.values() for line in wrong]:
         raise ValueError("\n".join(lines))
-    return spec
+    try:
+        return calibrated_devices(files, Project.near(options.folder))
+    except ValueError as error:
+        _begin(f"{error}; planned with the numbers of the file")
+        return tuple(spec for spec, _ in read.values())
 
 
 def _template(folder: Path, declared: Mapping, project: Project) -> Path:
     """The template's file, or the one that a run made of scans."""
-    made = project.results(declared["object"], "template.ply")
-    path = folder / declared["template"].get("file", "") or made
-    if "file" not in declared["template"] and made and made.is_file():
-        return made
-    if not path.is_file():
+    path = project.results(declared["object"], "template.ply")
+    if file := declared["template"].get("file"):
+        path = folder / file
+    if not path or not path.is_file():
         expected = "a closed surface (of scans a run makes one first)"
-        raise ValueError(f"{folder}/object.yaml: template.file: expected {expected}, found none")
+        raise ValueError(f"{folder}/object.yaml: template: expected {expected}, found no {path}")
     return path
 
 
@@ -140,16 +163,15 @@ def _protocol(options: argparse.Namespace, planned: "Planned") -> "Protocol":
     """The protocol that is asked for, the camera where it stands or where it does best."""
     from palpate.plan import Protocol
 
-    rate_hz = options.frame_rate_hz or planned.sensor.get("frame_rate_hz", USUAL_RATE_HZ)
+    rate_hz = options.frame_rate_hz or planned.sensor["frame_rate_hz"]
     depth_m = USUAL_PART * float(planned.table.depth_m[-1])
     if options.depth_mm:
         depth_m = options.depth_mm / MILLIMETRES
     camera_m = np.array(options.camera_mm or (0, 0, 0), dtype=float) / MILLIMETRES
-    size = planned.table.radius_m, camera_m, options.captures, options.points
-    protocol = Protocol(depth_m, rate_hz, *size)
+    protocol = Protocol(depth_m, rate_hz, planned.table.radius_m, camera_m, options.captures)
     if options.camera_mm:
         return protocol
-    return planned.best_camera(protocol, options.distance_mm / MILLIMETRES)
+    return planned.best_camera(protocol, (options.distance_mm or DISTANCE_MM) / MILLIMETRES)
 
 
 def _table(rows: Mapping[str, "Forecast"]) -> Iterator[str]:
@@ -174,10 +196,13 @@ def _sentences(rows: Mapping[str, "Forecast"], noise: "Noise") -> Iterator[str]:
         f" {noise.force_n:.2g} N of the force and {MILLIMETRES * noise.surface_m:.2g} mm of the"
         " surface (palpate noise measures it)."
     )
-    yield f"Poisson's ratio is {planned.verdict[NU]}: {VERDICTS[planned.verdict[NU]]}."
+    yield f"Poisson's ratio {OF_NU[planned.verdict[NU]]} (half-width {planned.half_width[NU]:.2f})."
     text, best = min(others, key=lambda row: row[1].half_width[E])
-    gain = f"E to within {PERCENT * best.half_width[E]:.0f} %, nu +-{best.half_width[NU]:.2f}"
-    yield f"What limits E is the {planned.limit[E]}; what helps most: {text} ({gain})."
+    helps = f"what helps most: {text} (E to within {PERCENT * best.half_width[E]:.0f} %, nu to"
+    helps += f" within {best.half_width[NU]:.2f})"
+    if best.half_width[E] >= planned.half_width[E]:
+        helps = "none of the changes above narrows it"
+    yield f"What limits E is the {planned.limit[E]}; {helps}."
 
 
 def add(commands: Any) -> None:
@@ -193,13 +218,13 @@ def add(commands: Any) -> None:
     )
     verb.add_argument("--nu", type=float, default=0.3, help="a guess of Poisson's ratio (0.3)")
     verb.add_argument("--depth-mm", type=float, help="maximum depth; else 0.8 of the table's")
-    verb.add_argument("--captures", type=int, default=3, help="of each point (3)")
-    verb.add_argument("--points", type=int, default=1, help="that are indented (1)")
+    text = "at this point, or at others like it (3)"
+    verb.add_argument("--captures", type=int, default=3, help=text)
     verb.add_argument("--frame-rate-hz", type=float, help="else the sensor's")
     text = "where the camera stands in the object's frame; else the best of four sides"
     verb.add_argument("--camera-mm", type=float, nargs=3, metavar=("X", "Y", "Z"), help=text)
     text = "of the camera from the contact (700)"
-    verb.add_argument("--distance-mm", type=float, default=700.0, help=text)
+    verb.add_argument("--distance-mm", type=float, help=text)
     for name, text in (
         ("tip-noise-mm", "of the tip along the indentation, from frame to frame"),
         ("surface-noise-mm", "of the displacement of a piece of surface"),

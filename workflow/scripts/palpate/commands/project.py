@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.capture.devices import CONFIG
-from palpate.config.probe import PARTS
+from palpate.capture.devices import CONFIG, read_device
+from palpate.config.probe import PARTS, asked, require_met
 from palpate.config.sensor import HAND_EYE
 from palpate.yaml_files import load_yaml
 
@@ -73,6 +73,26 @@ class Project:
         """What a file of the project says; nothing where there is none."""
         there = self.folder is not None and (self.folder / path).is_file()
         return (load_yaml(self.folder / path) or {}) if there else {}
+
+
+def calibrated_devices(files: Mapping[str, Path], project: Project) -> tuple[Mapping, Mapping]:
+    """Sensor and probe, with what a run's calibrations found where they ask for it."""
+    from palpate.vision.calibrated_probe import calibrated_probe, placed_sensor
+    from palpate.vision.camera import sensor_with_optics
+
+    (sensor, wrong), (probe, more) = (read_device(path, kind) for kind, path in files.items())
+    if wrong or more:
+        raise ValueError("\n".join([*wrong, *more]))
+    name, optics = sensor["sensor"], None
+    if sensor.get("optics") == "calibration":
+        optics = project.optics(name)
+        if optics is None:
+            made = f"results/sensors/{name}/calibration.json of a run (or stated)"
+            raise ValueError(f"{files['sensors']}: optics: expected {made}, found none")
+    calibrations = project.calibrations(name)
+    probe = calibrated_probe(probe, calibrations)
+    require_met(asked(probe), probe)
+    return placed_sensor(sensor_with_optics(sensor, optics and str(optics)), calibrations), probe
 
 
 def _of_the_tool(content: Any, place: str = "") -> Any:

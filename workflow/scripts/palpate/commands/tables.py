@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from palpate import solid
 from palpate.capture.devices import CONFIG
 from palpate.commands.project import Project
@@ -18,6 +20,7 @@ from palpate.solid.support import Support
 from palpate.surface.template import Template
 
 OBJECT = "object.yaml"
+SAME_RADIUS = 1e-6
 # Of --fast: a table in a tenth of the time.
 FAST = {"poisson_ratios": (0.0, 0.3, 0.49), "step_m": 0.003, "edge_m": 0.004}
 
@@ -70,11 +73,13 @@ class TablePoint:
         kept, folder = project.solid(title), own or project.results(title)
         mine = folder and folder / self._file(model, kept)
         of_run = folder and folder / f"indentation-{self.name}.npz"
-        places = [mine] if changed or not self._is_new(of_run, project) else [mine, of_run]
-        for path in [of_run, mine] if own else places:
+        usable = bool(own) or (not changed and self._is_new(of_run, project))
+        for path in [of_run, mine] if usable else [mine]:
             if path and path.is_file():
-                begin(f"indentation table of point {self.name}: {os.path.relpath(path)}")
-                return load_indentation(path)
+                table = load_indentation(path)
+                if np.isclose(table.radius_m, self.radius_m, rtol=SAME_RADIUS):
+                    begin(f"indentation table of point {self.name}: {os.path.relpath(path)}")
+                    return table
         where = f", kept in {os.path.relpath(mine)}" if mine else ""
         begin(f"indentation table of point {self.name}: made now, a minute or more{where}")
         surface = self.template.vertices_m, self.template.faces

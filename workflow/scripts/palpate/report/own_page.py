@@ -34,6 +34,7 @@ def own_page(
     checksums: Sequence[Mapping[str, str]],
     files: Mapping[str, str],
     views: Sequence[Mapping] = (),
+    narrowed: Mapping[str, Sequence[Mapping[str, str]]] | None = None,
 ) -> str:
     """Write an object's page.
 
@@ -57,6 +58,8 @@ def own_page(
         Files and options whole, as text by name.
     views : sequence of mapping, optional
         Of `viewer.view`.
+    narrowed : mapping, optional
+        Rows of what would narrow the intervals, by sensor (`palpate.plan.narrowed`).
 
     Returns
     -------
@@ -89,6 +92,7 @@ def own_page(
         passed=all(check.passed for _, checks in checked for check in checks),
         glimpses=glimpses,
         limits={sensor_name(sensor): bars(one["budget"]) for sensor, one in joints.items()},
+        narrowed={sensor_name(sensor): rows for sensor, rows in (narrowed or {}).items()},
         views=views,
         plotly=plotly() if views else "",
         figures=list(figures.values()),
