@@ -99,6 +99,7 @@ REJECTED = {
     "--modulus-kpa 30 --captures 0": "--captures: expected a number above 0 and up to 100, found 0",
     "--modulus-kpa 30 --frame-rate-hz 1e4": "--frame-rate-hz: expected a number above 0 and up to",
     "--modulus-kpa 30 --camera-mm 0 0 9 --distance-mm 9": "--distance-mm: expected none beside",
+    "--modulus-kpa 30 --depth-mm 500": "--depth-mm: expected up to the",
     "--modulus-kpa 30 --point 99": "--point: expected one of",
     "--modulus-kpa 30 --sensor none": "none.yaml: file: expected YAML, found nothing",
     "--modulus-kpa 30 --figure x.txt": "--figure: expected a file that ends with",

@@ -288,6 +288,11 @@ def _flat_surface(
         expected = f"expected it at rest in the first {motion.FEWEST_AT_REST} frames"
         raise ValueError(f"{folder}: plate: {expected}, found it moved in frame {rest}")
     normal, options, pose = reach.plane[:3], config.direct.observation, np.eye(4)
+    sight = reach.tip_m / np.linalg.norm(reach.tip_m)
+    aside_deg = float(np.degrees(np.arccos(min(abs(float(sight @ normal)), 1.0))))
+    if not aside_deg < options.largest_view_deg:
+        expected = f"expected it within {options.largest_view_deg:g} degrees of facing the camera"
+        raise ValueError(f"{folder}: plate: {expected}, found {aside_deg:.0f}")
     down = np.cross(normal, [1.0, 0.0, 0.0]) / np.hypot(*normal[1:])
     pose[:3, :3] = np.column_stack([np.cross(down, normal), down, normal])
     pose[:3, 3] = reach.tip_m - (height_above(reach.plane, reach.tip_m) - BEHIND_M) * normal

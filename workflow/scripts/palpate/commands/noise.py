@@ -14,6 +14,7 @@ from palpate.capture.devices import CONFIG, add_devices, device_folder, raw_fold
 from palpate.capture.files import whole_file, write_text
 from palpate.commands.help import add_verb, check_figure
 from palpate.commands.project import Project, calibrated_devices
+from palpate.units import MILLIMETRES
 from palpate.workflow.configuration_checks import OF_NOISE
 from palpate.workflow.lab_captures import is_simulated
 
@@ -27,7 +28,7 @@ options state. Either of two recordings will do for its part:
          a flat surface with a pattern
   plate  a rigid flat plate with a pattern that fills the middle of the picture, at rest for five
          frames or more, then moved by hand by up to 10 mm to and fro and tilted a little; with the
-         probe's target fixed to it the camera's scale is determined too
+         a second print of the target on it the camera's scale is determined too
 They stand in raw/sensors/<sensor>/rest and raw/sensors/<sensor>/plate.
 """
 EXAMPLE = "palpate noise d435 bench_probe --figure noise.png"
@@ -35,6 +36,7 @@ EXAMPLE = "palpate noise d435 bench_probe --figure noise.png"
 READ = {"m": ("mm", 1e3), "N": ("mN", 1e3), "rad": ("mrad", 1e3), "": ("%", 100)}
 # Fields that take a value: of the sensor's file, and of the options.
 FIELDS = ("base.", "direct.")
+FRAME_FORCES = [f"f{k}, each frame" for k in "xyz"]
 
 
 def _noise(options: argparse.Namespace) -> None:
@@ -58,6 +60,7 @@ def _noise(options: argparse.Namespace) -> None:
     else:
         print(f"{options.sensor}, {options.probe}: {', '.join(map(str, folders.values()))}")
         print("\n".join(_lines(found.quantities)))
+        print(f"for palpate plan: {' '.join(_for_plan(found.quantities))}")
     of_options = options.config or (project.folder or Path()) / CONFIG
     for one in (k for k in found.quantities if k.exceeds and k.source.startswith(FIELDS)):
         path = files["sensors"] if one.source.startswith(FIELDS[0]) else of_options
@@ -95,6 +98,15 @@ def _lines(quantities: list["Quantity"]) -> Iterator[str]:
             )
             beside = f"{stated:>11}{one.ratio:7.2f}  {said}: {one.source}"
         yield f"  {one.name:36}{measured:>11}{beside}"
+
+
+def _for_plan(quantities: list["Quantity"]) -> Iterator[str]:
+    """Options of `palpate plan` that were measured; the tip's is its pose's, which rest hides."""
+    known = {one.name: one.value for one in quantities}
+    if surface_m := known.get("displacement, each sample and frame"):
+        yield f"--surface-noise-mm {MILLIMETRES * surface_m:.2g}"
+    if forces_n := [value for name, value in known.items() if name in FRAME_FORCES]:
+        yield f"--force-noise-n {max(forces_n):.2g}"
 
 
 def _written(path: Path, field: str, value: str) -> bool:

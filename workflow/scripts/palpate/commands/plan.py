@@ -102,6 +102,10 @@ def _planned(options: argparse.Namespace) -> "Planned":
         raise ValueError(f"--point: expected {expected}, found {point}")
     project = Project.near(folder)
     config = project.config(None)
+    deepest_m = declared.get("deepest_m", config.direct.model.deepest_m)
+    if options.depth_mm and options.depth_mm > deepest_m * MILLIMETRES:
+        expected = f"up to the {deepest_m * MILLIMETRES:g} mm of the table (deepest_m)"
+        raise ValueError(f"--depth-mm: expected {expected}, found {options.depth_mm:g}")
     path = _template(folder, declared, project)
     template = read_template(path, unit=declared["template"]["unit"])
     of_object = folder, declared, path, template, read_support(declared["support"])
@@ -187,11 +191,17 @@ def _table(rows: Mapping[str, "Forecast"]) -> Iterator[str]:
 
 
 def _sentences(rows: Mapping[str, "Forecast"], noise: "Noise") -> Iterator[str]:
-    """What comes out, whether nu is determined, and what helps most."""
+    """What was planned, what comes out, whether nu is determined, and what helps most."""
     (_, planned), *others = rows.items()
+    how = planned.protocol
+    yield (
+        f"Planned: {MILLIMETRES * how.depth_m:.1f} mm deep, {how.captures} captures,"
+        f" {how.frame_rate_hz:g} frames/s, a ball of {MILLIMETRES * how.radius_m:.1f} mm radius;"
+        " half-widths are those of 95 % intervals."
+    )
     place = ", ".join(f"{MILLIMETRES * x:.0f}" for x in planned.protocol.camera_m)
     yield (
-        f"E to within {PERCENT * planned.half_width[E]:.0f} % (95 %), with the camera at {place} mm"
+        f"E to within {PERCENT * planned.half_width[E]:.0f} %, with the camera at {place} mm"
         f" of the object's frame and a noise of {MILLIMETRES * noise.tip_m:.2g} mm of the tip,"
         f" {noise.force_n:.2g} N of the force and {MILLIMETRES * noise.surface_m:.2g} mm of the"
         " surface (palpate noise measures it)."
@@ -226,11 +236,11 @@ def add(commands: Any) -> None:
     text = "of the camera from the contact (700)"
     verb.add_argument("--distance-mm", type=float, help=text)
     for name, text in (
-        ("tip-noise-mm", "of the tip along the indentation, from frame to frame"),
-        ("surface-noise-mm", "of the displacement of a piece of surface"),
-        ("force-noise-n", "of the force at a frame"),
+        ("tip-noise-mm", "of the tip along the indentation, each frame; else by target and optics"),
+        ("surface-noise-mm", "of a piece of surface, each frame; else by optics and distance"),
+        ("force-noise-n", "of the force, each frame (0.01)"),
     ):
-        verb.add_argument(f"--{name}", type=float, help=f"{text}; else of optics and target")
+        verb.add_argument(f"--{name}", type=float, help=text)
     verb.add_argument("--figure", type=Path, help="draw the intervals (.png, .svg, .pdf)")
     verb.add_argument("--json", action="store_true", help="for programs")
     add_devices(verb)

@@ -34,8 +34,10 @@ def plan_figure(rows: Mapping[str, "Forecast"]) -> Figure:
             left.plot(widths, at, marker, color=colour, ms=4.5, label=label)
         nu = [one.half_width["poisson_ratio"] for one in rows.values()]
         right.plot(nu, at, "o", color=style.BLACK, ms=4.5)
-        left.set(xlabel="half-width of the interval (%)", xlim=(0, None), title="(a) Moduli")
-        right.set(xlabel="half-width of the interval", xlim=(0, 0.26), title="(b) Poisson's ratio")
+        left.set(xlabel="half-width of the 95 % interval (%)", xlim=(0, None), title="(a) Moduli")
+        right.set(
+            xlabel="half-width of the 95 % interval", xlim=(0, None), title="(b) Poisson's ratio"
+        )
         left.set_yticks(at, list(rows))
         for axes in (left, right):
             axes.axhline(len(rows) - 1.5, color=style.GREY, lw=0.7)
