@@ -77,8 +77,7 @@ rule objects_page:
         tracked=RUN.files(SHOWN, f"tracked-{RUN.tracker}.npz"),
         fits=RUN.files(SHOWN, "hertz.json"),
         summary=RUN.results("summary.csv"),
-        minima=RUN.minima_of(OF_RUN)
-        + RUN.files(MINIMISED_BEFORE, *RUN.minima),
+        minima=RUN.minima_of(OF_RUN) + RUN.files(MINIMISED_BEFORE, *RUN.minima),
     output:
         page=RUN.results("objects.html"),
     log:
