@@ -27,7 +27,7 @@ def protocol(planned):
 
 
 def test_captures_with_that_noise_come_to_the_widths_that_are_forecast(planned, protocol):
-    captures = [planned.capture(protocol, seed=seed) for seed in (1, 2)]
+    captures = list(planned.captures(protocol, (1, 2)))
     found = estimate_direct(captures, FIT, radius_m=protocol.radius_m).moduli
     forecast = planned.forecast(protocol)
     for name in ("effective_reduced_modulus_pa", "reduced_modulus_pa", "youngs_modulus_pa"):

@@ -169,8 +169,7 @@ class Planned(PlannedCaptures):
             pattern_m = DEPTH_PATTERN * self.options.depth_pattern_std_m
             options = self.options.model_copy(update={"depth_pattern_std_m": pattern_m})
             found, scales, guess = [], [], self._guess
-            for seed in range(DRAWS):
-                one = self.capture(protocol, seed=seed)
+            for one in self.captures(protocol, range(DRAWS)):
                 one = with_depth_errors(one, guess, options, likeliest=False)
                 found.append(with_pattern(one, guess, options))
                 scales.append(scales_of(found[-1], linearised(found[-1], guess)))
@@ -272,7 +271,13 @@ def as_recorded(
 def narrowed(planned: Planned, protocol: Protocol, found: Mapping) -> list[dict[str, str]]:
     """What would narrow the intervals that were found: a row for each change.
 
-    Widths of the direct.json ``found``, times what a forecast makes of the change.
+    Widths of the direct.json ``found``, times what a forecast makes of the change: moduli in per
+    cent.
+
+    Raises
+    ------
+    ValueError
+        As `Planned.forecast` does.
     """
     now = planned.forecast(protocol).half_width
     more = replace(protocol, captures=protocol.captures + MORE)

@@ -1,6 +1,6 @@
 """Captures that were not recorded: by a table, a guess of the moduli, and the noise of a rig."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -57,7 +57,6 @@ TURNS = 36
 ALIKE_M, PATTERN = 0.008, 0.02
 # A sample is in view from so far above the surface [m].
 CLEAR_M = 1e-4
-CLOCK_STD = "clock_offset_std_s"
 POINTS_PER_SAMPLE = 40
 
 
@@ -170,14 +169,34 @@ class PlannedCaptures:
         vector[[unknown.LOG_E, unknown.NU]] = np.log(self.youngs_modulus_pa), self.poisson_ratio
         return Parameters(vector, times_s)
 
-    def capture(self, protocol: Protocol, *, seed: int = 0) -> DirectIndentation:
-        """A capture by a protocol with the rig's noise, drawn with a seed.
+    def captures(self, protocol: Protocol, seeds: Iterable[int]) -> Iterator[DirectIndentation]:
+        """Captures by a protocol with the rig's noise, one drawn with each seed.
 
         Raises
         ------
         ValueError
-            As `forecast` does.
+            If it goes deeper than the table, the force stays within its noise, too few frames are
+            in contact, or no sample of the surface is in view.
         """
+        exact, rest = self._exact(protocol)
+        apart = np.linalg.norm(exact.cell_m[:, None] - exact.cell_m, axis=2)
+        root = np.linalg.cholesky(np.exp(-((apart / ALIKE_M) ** 2)) + 1e-6 * np.eye(len(apart)))
+        motion, std_m = np.zeros(exact.moved_m.shape), exact.moved_std_m
+        motion[exact.seen] = -residuals(exact, self._guess).motion * std_m[exact.seen]
+        for seed in seeds:
+            rng = np.random.default_rng(seed)
+            # Noise of displacements, with errors that samples share; and of depths.
+            noise, (at_rest, pattern, *_) = rng.normal(size=(2, *motion.shape)) @ root.T
+            errors = std_m * (noise + at_rest / np.sqrt(rest)) + PATTERN * motion * pattern
+            yield replace(
+                exact,
+                moved_m=exact.moved_m + motion + errors,
+                moved_std_m=exact.noise_std_m,
+                depth_m=exact.depth_m + exact.tip_std_m * rng.normal(size=len(exact.depth_m)),
+            )
+
+    def _exact(self, protocol: Protocol) -> tuple[DirectIndentation, int]:
+        """A capture without noise, its displacements 0, and how many frames it has at rest."""
         samples, table, edges_m = self._samples
         table = _of_size(table, protocol.radius_m / self.table.radius_m)
         if protocol.depth_m > table.depth_m[-1] * (1 + 1e-9):
@@ -206,6 +225,7 @@ class PlannedCaptures:
         if hidden.all():
             raise ValueError("samples: expected some that the camera sees, found all hidden")
         std_m = np.where(hidden, np.nan, self.noise.surface_m)
+        clock_std_s = said_of_base(self.sensor, "clock_offset_std_s")
         given = {"support": self.support, "contact_m": middle, "direction": direction}
         exact = DirectIndentation(
             time_s=time_s,
@@ -231,10 +251,10 @@ class PlannedCaptures:
             cluster=np.zeros(len(samples.cell_m), dtype=int),
             support_axes=SupportAxes.of(samples.cell_m, samples.normal, **given, options=options),
             table=_at(table, chosen),
-            camera_clock_std_s=said_of_base(self.sensor, CLOCK_STD) if self._base else 0.0,
+            camera_clock_std_s=clock_std_s if self._base else 0.0,
             shared_roots_m=self._roots_m(protocol.camera_m),
         )
-        return _with_noise(exact, guess, rest, np.random.default_rng(seed))
+        return exact, rest
 
     @property
     def _base(self) -> Mapping | None:
@@ -329,21 +349,3 @@ def _at(table: SampleTable, chosen: NDArray) -> SampleTable:
     """Table of some of its samples."""
     names = "motion_m", "motion_change_m", "motion_by_place"
     return replace(table, **{name: getattr(table, name)[..., chosen] for name in names})
-
-
-def _with_noise(
-    exact: DirectIndentation, of: Parameters, rest: int, rng: np.random.Generator
-) -> DirectIndentation:
-    """A capture with noise of its depths, and of displacements with errors that samples share."""
-    motion, std_m = np.zeros(exact.moved_m.shape), exact.moved_std_m
-    motion[exact.seen] = -residuals(exact, of).motion * std_m[exact.seen]
-    apart = np.linalg.norm(exact.cell_m[:, None] - exact.cell_m, axis=2)
-    root = np.linalg.cholesky(np.exp(-((apart / ALIKE_M) ** 2)) + 1e-6 * np.eye(len(apart)))
-    noise, (at_rest, pattern, *_) = rng.normal(size=(2, *motion.shape)) @ root.T
-    errors = std_m * (noise + at_rest / np.sqrt(rest)) + PATTERN * motion * pattern
-    return replace(
-        exact,
-        moved_m=exact.moved_m + motion + errors,
-        moved_std_m=exact.noise_std_m,
-        depth_m=exact.depth_m + exact.tip_std_m * rng.normal(size=len(exact.depth_m)),
-    )

@@ -23,11 +23,7 @@ from palpate.surface.template import read_template
 from palpate.units import PERCENT
 from palpate.yaml_files import load_yaml
 
-COMPARED = {
-    "effective_reduced_modulus_pa": "effective_reduced_modulus",
-    "reduced_modulus_pa": "reduced_modulus",
-    "youngs_modulus_pa": "youngs_modulus",
-}
+COMPARED = ("effective_reduced_modulus_pa", "reduced_modulus_pa", "youngs_modulus_pa")
 NU = "poisson_ratio"
 
 
@@ -54,8 +50,8 @@ def forecasts(raw: Path, results: Path, config: Path) -> pd.DataFrame:
         forecast = planned.forecast(protocol).half_width
         row = {"object": name, "sensor": sensor, "captures": count}
         row |= {"capture": capture if path.parent.name == capture else "all"}
-        for modulus, column in COMPARED.items():
-            one = found[modulus]
+        for modulus in COMPARED:
+            one, column = found[modulus], modulus.removesuffix("_pa")
             row[f"{column}_forecast_percent"] = PERCENT * forecast[modulus]
             row[f"{column}_found_percent"] = PERCENT * (one["high"] - one["low"]) / 2 / one["value"]
         row[f"{NU}_forecast"] = forecast[NU]

@@ -12,6 +12,7 @@ import numpy as np
 from palpate import solid
 from palpate.capture.devices import CONFIG
 from palpate.commands.project import Project
+from palpate.direct import SAME_RADIUS
 from palpate.solid.fill import object_solid
 from palpate.solid.indentation_table import IndentationModel, load_indentation, save_indentation
 from palpate.solid.load_steps import point_table
@@ -19,8 +20,6 @@ from palpate.solid.options import IndentationTable
 from palpate.solid.support import Support
 from palpate.surface.template import Template
 
-OBJECT = "object.yaml"
-SAME_RADIUS = 1e-6
 # Of --fast: a table in a tenth of the time.
 FAST = {"poisson_ratios": (0.0, 0.3, 0.49), "step_m": 0.003, "edge_m": 0.004}
 
@@ -95,7 +94,7 @@ class TablePoint:
         """Whether a run would keep its table: what it is made of is older."""
         if table is None or not table.is_file():
             return False
-        sources = [self.folder / OBJECT, self.path, project.folder / CONFIG, *_code()]
+        sources = [self.folder / "object.yaml", self.path, project.folder / CONFIG, *_code()]
         return all(table.stat().st_mtime >= source.stat().st_mtime for source in sources)
 
     def _file(self, model: IndentationTable, kept: Path | None) -> str:
