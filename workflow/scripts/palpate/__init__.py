@@ -6,7 +6,7 @@ Names are loaded when they are asked for: jobs that need one room need not wait 
 from importlib import import_module
 from typing import Any
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 # What the public names are: of modules, and the modules themselves.
 _NAMES = {

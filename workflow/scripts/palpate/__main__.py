@@ -5,12 +5,17 @@ import os
 import signal
 import sys
 from importlib import import_module
+from importlib.util import find_spec
 
 from palpate import __version__
 from palpate.commands.help import Parser
 
-# In the order in which a person meets them; only the one that is asked for is loaded.
-VERBS = "hertz new board calibrate noise plan import check direct export".split()
+# In the order in which a person meets them, each with the extra of pyproject.toml that it needs;
+# only the one that is asked for is loaded.
+VERBS = {"hertz": "", "new": "vision", "board": "vision", "calibrate": "vision", "noise": "mesh"}
+VERBS |= {"plan": "mesh", "import": "vision", "check": "mesh", "direct": "mesh", "export": "vision"}
+# Packages that are there only with an extra.
+SIGNS = {"": (), "vision": ("cv2",), "mesh": ("cv2", "open3d")}
 # A keyword is no module's name.
 MODULES = {"import": "recording"}
 
@@ -18,14 +23,17 @@ MODULES = {"import": "recording"}
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; the exit status is 1 where it fails, with one line on what is wrong."""
     arguments = sys.argv[1:] if arguments is None else arguments
-    options = _parser(arguments[:1]).parse_args(arguments)
     try:
+        options = _parser(arguments[:1]).parse_args(arguments)
         status = options.work(options) or 0
     except BrokenPipeError:
         status = 128 + signal.SIGPIPE
     except (ValueError, OSError) as error:
         for line in _told(error).splitlines():
             print(f"error: {line}", file=sys.stderr)
+        status = 1
+    except ImportError as error:
+        print(f"error: palpate {arguments[0]}: {_lacking(arguments[0], error)}", file=sys.stderr)
         status = 1
     try:
         sys.stdout.flush()
@@ -42,6 +50,16 @@ def _told(error: ValueError | OSError) -> str:
     return str(error)
 
 
+def _lacking(verb: str, error: ImportError) -> str:
+    """Which package, or which library of the system, a verb can't load, and what installs it."""
+    if not isinstance(error, ModuleNotFoundError):
+        return f"{error}; remedy: install that library by the system's packages"
+    # Clouds as PCD files take Open3D whatever reads them.
+    extra = "mesh" if error.name == "open3d" else VERBS[verb]
+    package = f"palpate[{extra}]" if extra else "palpate"
+    return f"expected {error.name}, found none; remedy: pip install '{package}'"
+
+
 def _parser(first: list[str]) -> argparse.ArgumentParser:
     parser = Parser(
         prog="palpate",
@@ -52,7 +70,13 @@ def _parser(first: list[str]) -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="command", title="commands")
     wanted = [name for name in VERBS if name in first]
     for name in wanted or (VERBS if first != ["--version"] else ()):
-        import_module(f"palpate.commands.{MODULES.get(name, name)}").add(commands)
+        missing = next((one for one in SIGNS[VERBS[name]] if find_spec(one) is None), None)
+        if not missing:
+            import_module(f"palpate.commands.{MODULES.get(name, name)}").add(commands)
+        elif wanted:
+            raise ModuleNotFoundError(name=missing)
+        else:
+            commands.add_parser(name, help=f"needs palpate[{VERBS[name]}]")
     return parser
 
 

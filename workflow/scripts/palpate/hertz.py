@@ -1,22 +1,25 @@
 """Hertz fits of bare curves: force against depth."""
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palpate.capture.curves.curve import Curve, read_curve
 from palpate.capture.curves.phases import phases_of
-from palpate.estimate.curve import CurveEstimate, estimate_curve
-from palpate.estimate.direct.options import Fit
 from palpate.estimate.hertz.curve_fit import HertzFit, fit_curve
 from palpate.estimate.hertz.curve_setup import Setup
-from palpate.solid.indentation_table import IndentationModel
+
+if TYPE_CHECKING:
+    from palpate.estimate.curve import CurveEstimate
+    from palpate.estimate.direct.options import Fit
+    from palpate.solid.indentation_table import IndentationModel
 
 # A loading reaches over this part of a record's depths; larger steps are of samples in no order.
 LOADED, LARGEST_STEP = 0.5, 0.2
 
-__all__ = ["Curve", "CurveEstimate", "HertzFit", "fit", "fit_shape", "read_curve"]
+__all__ = ["Curve", "HertzFit", "fit", "fit_shape", "read_curve"]
 
 
 def fit(
@@ -125,10 +128,10 @@ def fit(
 
 def fit_shape(
     found: HertzFit,
-    table: IndentationModel,
+    table: "IndentationModel",
     poisson_ratio: tuple[float, float],
-    options: Fit | None = None,
-) -> CurveEstimate:
+    options: "Fit | None" = None,
+) -> "CurveEstimate":
     """Fit E to a curve by the object's own shape, where no half-space or layer is near it.
 
     Parameters
@@ -167,6 +170,9 @@ def fit_shape(
     >>> bool(E.low < 20e3 < E.high)
     True
     """
+    from palpate.estimate.curve import estimate_curve
+    from palpate.estimate.direct.options import Fit
+
     radius, setup = table.radius_m, found.setup
     other = setup.body != "sphere" or not np.isclose(setup.radius_m, radius)
     if other or setup.object_radius_m:

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 from trimesh.exchange.ply import load_ply
 
-from palpate.open3d_core import o3d
 from palpate.units import METRES
 
 # What files begin with, by the ends of their names.
@@ -73,6 +72,8 @@ def cloud_problem(path: str | Path) -> str | None:
 def _read(path: Path) -> tuple[NDArray, NDArray]:
     """Points and normals of a file, which may have none."""
     if path.suffix.lower() == ".pcd":
+        from palpate.open3d_core import o3d
+
         with o3d.utility.VerbosityContextManager(o3d.utility.VerbosityLevel.Error):
             cloud = o3d.io.read_point_cloud(str(path))
         return np.asarray(cloud.points), np.asarray(cloud.normals)

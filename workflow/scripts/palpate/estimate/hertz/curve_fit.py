@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from palpate.estimate.hertz.curve_setup import ABSURD, FLAT, Setup, check_rise, chosen_baseline
 from palpate.estimate.hertz.fit import ContactFit, fit_free_contact
-from palpate.estimate.hertz.indentation import SHALLOW
-from palpate.estimate.hertz.laws import INDENTERS, check_ratio, layer_factor
+from palpate.estimate.hertz.laws import INDENTERS, SHALLOW, check_ratio, layer_factor
 from palpate.modulus import modulus_text
 from palpate.units import PERCENT, readable
 

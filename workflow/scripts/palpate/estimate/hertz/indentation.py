@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.estimate.hertz import laws
 from palpate.estimate.hertz.laws import FOOT, LARGEST_CHI, LAYERS, SUPPORTS, Law, contact_law
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.shape import Shape, shape_at
@@ -25,8 +26,6 @@ NOISE_DEVIATIONS = 3.0
 RISEN, RISEN_DEVIATIONS = 0.1, 4.0
 # Of the forces at rest, to know their scatter, and of those in contact.
 FEWEST_AT_REST, FEWEST_IN_CONTACT = 3, 4
-# Beyond this depth over radius the paraboloid is too blunt by more than a hundredth.
-SHALLOW = 0.1
 
 
 @dataclass(frozen=True)
@@ -99,7 +98,7 @@ class Indentation:
     @property
     def indenter(self) -> str:
         """Sneddon's sphere beyond a depth of a tenth of the radius, else the paraboloid."""
-        return "sneddon" if self.depth_over_radius > SHALLOW else "parabola"
+        return "sneddon" if self.depth_over_radius > laws.SHALLOW else "parabola"
 
     @property
     def thin(self) -> bool:

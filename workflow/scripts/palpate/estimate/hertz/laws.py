@@ -22,6 +22,8 @@ SUPPORTS = ("half_space", "bonded", "not_bonded")
 LAYERS = SUPPORTS[1:]
 # An unbonded object that stands on a round base, which is indented too.
 FOOT = "round_foot"
+# Beyond this depth over radius the paraboloid is too blunt by more than a hundredth.
+SHALLOW = 0.1
 # Above this the series of a layer is no better than its own last terms (see `layer_factor`).
 LARGEST_CHI = 0.6
 # Beyond it the kernel's transform differs from the half-space's by less than 1e-20.

@@ -13,7 +13,7 @@ from scipy.special import ndtri
 from palpate.estimate.direct.options import Rig
 from palpate.estimate.hertz import laws
 from palpate.estimate.hertz.fit import LEVEL, ContactFit, fit_free_contact, fit_known_contact
-from palpate.estimate.hertz.indentation import SHALLOW, Indentation
+from palpate.estimate.hertz.indentation import Indentation
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.relaxation import (
     RelaxationFit,
@@ -155,8 +155,8 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
     best = [m for m in alike if m["support"] == support][-1]
     rule = (
         f"depth over radius {indentation.depth_over_radius:.2f}, chi {chi:.2f};"
-        f" sneddon above {SHALLOW:g}, a layer up to chi {laws.LARGEST_CHI:g}, contact weighted,"
-        f" relaxation {best['relaxation']}"
+        f" sneddon above {laws.SHALLOW:g}, a layer up to chi {laws.LARGEST_CHI:g},"
+        f" contact weighted, relaxation {best['relaxation']}"
     )
     if doubts:
         ends = [end for m in alike for end in m["reduced_modulus_interval_pa"]]
