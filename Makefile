@@ -33,7 +33,7 @@ seed := 1
 RIGS = validation/$(seed)
 ESTIMATES = $(wildcard $(RIGS)/results/*/*/direct.json)
 
-.PHONY: results sample cut truth validation errors refit protocols test test-all nightly faults lint bench check lock docs pictures quoted sample-captures \
+.PHONY: results sample cut truth validation errors refit observations protocols test test-all nightly faults lint bench check lock docs pictures quoted sample-captures \
   own-object own-object-captures slurm-resources corpus mutants audit clean
 
 results: .venv/installed
@@ -80,6 +80,10 @@ refit: .venv/installed
 	@test -n "$(ESTIMATES)" || { echo "error: $(RIGS): expected what make validation seed=$(seed) found, found nothing"; exit 1; }
 	$(VALIDATION)/config.yaml --allowed-rules direct_object --forcerun direct_object -- $(ESTIMATES)
 	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.randomised_rigs $(RIGS)
+
+# Draws of protocols, rigs and noise on the contact solutions of a finished `make validation`.
+observations: .venv/installed
+	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python -m validation.observations $(RIGS)
 
 # One indentation by many protocols, each estimated by itself; one that is rejected does not stop the
 # others.

@@ -28,7 +28,7 @@ from palpate.estimate.direct.options import (
     ProbeUncertainty,
 )
 from palpate.estimate.direct.samples import ProbeInView, RestSurface, Samples, samples_of
-from palpate.estimate.direct.table import SampleTable, axes_across, sample_table
+from palpate.estimate.direct.table import SampleTable, axes_across, force_table, sample_table
 from palpate.estimate.hertz.indentation import force_onset
 from palpate.open3d_core import o3d, scene_of
 from palpate.solid.indentation_table import IndentationModel
@@ -162,6 +162,11 @@ class PlannedCaptures:
         return found, sample_table(self.table, found.cell_m, found.normal), edges_m
 
     @property
+    def samples(self) -> Samples:
+        """Of the surface about the contact, whether a camera sees them or not."""
+        return self._samples[0]
+
+    @property
     def _guess(self) -> Parameters:
         """Of a capture that neither relaxes nor errs."""
         times_s = np.array(self.options.relaxation_times_s, dtype=float)
@@ -178,37 +183,66 @@ class PlannedCaptures:
             If it goes deeper than the table, the force stays within its noise, too few frames are
             in contact, or no sample of the surface is in view.
         """
-        exact, rest = self._exact(protocol)
-        apart = np.linalg.norm(exact.cell_m[:, None] - exact.cell_m, axis=2)
-        root = np.linalg.cholesky(np.exp(-((apart / ALIKE_M) ** 2)) + 1e-6 * np.eye(len(apart)))
-        motion, std_m = np.zeros(exact.moved_m.shape), exact.moved_std_m
-        motion[exact.seen] = -residuals(exact, self._guess).motion * std_m[exact.seen]
+        exact, rest = self.exact(protocol, *self._record(protocol))
+        motion = np.zeros(exact.moved_m.shape)
+        motion[exact.seen] = -residuals(exact, self._guess).motion * exact.moved_std_m[exact.seen]
         for seed in seeds:
-            rng = np.random.default_rng(seed)
-            # Noise of displacements, with errors that samples share; and of depths.
-            noise, (at_rest, pattern, *_) = rng.normal(size=(2, *motion.shape)) @ root.T
-            errors = std_m * (noise + at_rest / np.sqrt(rest)) + PATTERN * motion * pattern
-            yield replace(
-                exact,
-                moved_m=exact.moved_m + motion + errors,
-                moved_std_m=exact.noise_std_m,
-                depth_m=exact.depth_m + exact.tip_std_m * rng.normal(size=len(exact.depth_m)),
-            )
+            yield self.noisy(exact, motion, rest, np.random.default_rng(seed))
 
-    def _exact(self, protocol: Protocol) -> tuple[DirectIndentation, int]:
-        """A capture without noise, its displacements 0, and how many frames it has at rest."""
+    def noisy(
+        self,
+        exact: DirectIndentation,
+        motion_m: NDArray,
+        rest: int,
+        rng: np.random.Generator,
+        *,
+        tip: float = 1.0,
+        surface: float = 1.0,
+    ) -> DirectIndentation:
+        """A capture with noise of its depths, and of displacements (k, c) [m] that are added.
+
+        ``rest`` frames are at rest; ``tip`` and ``surface`` are the noise over that stated.
+        """
+        apart, std_m = (
+            np.linalg.norm(exact.cell_m[:, None] - exact.cell_m, axis=2),
+            exact.moved_std_m,
+        )
+        root = np.linalg.cholesky(np.exp(-((apart / ALIKE_M) ** 2)) + 1e-6 * np.eye(len(apart)))
+        # Noise of displacements, with errors that samples share; and of depths.
+        noise, (at_rest, pattern, *_) = rng.normal(size=(2, *motion_m.shape)) @ root.T
+        errors = surface * std_m * (noise + at_rest / np.sqrt(rest)) + PATTERN * motion_m * pattern
+        return replace(
+            exact,
+            moved_m=exact.moved_m + motion_m + errors,
+            moved_std_m=exact.noise_std_m,
+            depth_m=exact.depth_m + tip * exact.tip_std_m * rng.normal(size=len(exact.depth_m)),
+        )
+
+    def _record(self, protocol: Protocol) -> tuple[NDArray, NDArray, NDArray]:
+        """Times [s], depths [m] and forces along the indentation [N] by the guess, (f,) each."""
+        table = force_table(self.table)
+        table = _of_size(table, protocol.radius_m / self.table.radius_m)
+        lasts = np.cumsum([0.0, *LASTS_S])
+        time_s = np.arange(0, lasts[-1], 1 / protocol.frame_rate_hz)
+        depth_m = np.interp(time_s, lasts, [-AWAY_M, -AWAY_M, 0.0, *[protocol.depth_m] * 2])
+        unit = table.force(np.maximum(depth_m, 0), self._guess.poisson_ratio, 0.0)
+        return time_s, depth_m, self._guess.youngs_modulus_pa * unit
+
+    def exact(
+        self, protocol: Protocol, time_s: NDArray, depth_m: NDArray, force_n: NDArray
+    ) -> tuple[DirectIndentation, int]:
+        """A capture without noise, its displacements 0, and how many frames it has at rest.
+
+        Of times [s], depths [m] and forces along the indentation [N], (f,) each; errors are those
+        of `captures`.
+        """
         samples, table, edges_m = self._samples
         table = _of_size(table, protocol.radius_m / self.table.radius_m)
         if protocol.depth_m > table.depth_m[-1] * (1 + 1e-9):
             deepest, found = (MILLIMETRES * one for one in (table.depth_m[-1], protocol.depth_m))
             expected = f"up to the table's {deepest:.1f} mm"
             raise ValueError(f"depth: expected {expected}, found {found:g} mm")
-        guess, options, direction = self._guess, self.options, self.table.direction
-        lasts = np.cumsum([0.0, *LASTS_S])
-        time_s = np.arange(0, lasts[-1], 1 / protocol.frame_rate_hz)
-        depth_m = np.interp(time_s, lasts, [-AWAY_M, -AWAY_M, 0.0, *[protocol.depth_m] * 2])
-        unit = table.force(np.maximum(depth_m, 0), guess.poisson_ratio, 0.0)
-        force_n = guess.youngs_modulus_pa * unit
+        options, direction = self.options, self.table.direction
         least_n = FORCE_DEVIATIONS * self.noise.force_n
         least_n = max(least_n, options.least_force_share * force_n.max())
         onset = force_onset(force_n, onset_force_n=least_n)

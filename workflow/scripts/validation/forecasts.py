@@ -1,10 +1,10 @@
 """Widths that a plan forecasts of finished captures, beside those that their estimates have.
 
-    python -m validation.forecasts CAPTURES RESULTS [CONFIG]
+    python -m validation.forecasts CAPTURES RESULTS [SENSORS]
 
-of a folder of objects, the results of a run, and the folder with ``sensors`` and ``probes``;
-writes ``plan_forecasts.csv`` into the results. Camera, noise at rest, depth and frame rate are
-those of the first capture, E and nu the lab's.
+of a folder of objects, the results of a run, and the folder of the sensors' files; writes
+``plan_forecasts.csv`` into the results. Camera, noise at rest, depth and frame rate are those of
+the first capture, E and nu the lab's.
 """
 
 import json
@@ -25,9 +25,10 @@ from palpate.yaml_files import load_yaml
 
 COMPARED = ("effective_reduced_modulus_pa", "reduced_modulus_pa", "youngs_modulus_pa")
 NU = "poisson_ratio"
+PROBES = Path("config/probes")
 
 
-def forecasts(raw: Path, results: Path, config: Path) -> pd.DataFrame:
+def forecasts(raw: Path, results: Path, sensors: Path) -> pd.DataFrame:
     """One row for each direct.json: half-widths as forecast and as found, moduli in per cent."""
     rows, known = [], {}
     for path in sorted([*results.glob("*/*/direct.json"), *results.glob("*/*/*/direct.json")]):
@@ -36,7 +37,7 @@ def forecasts(raw: Path, results: Path, config: Path) -> pd.DataFrame:
         capture, count = found["captures"][0], len(found["captures"])
         folder, point = results / name / sensor / capture, capture.partition("-")[0]
         if (name, sensor, point) not in known:
-            known[name, sensor, point] = _rig(raw / name, results / name, point, config, sensor)
+            known[name, sensor, point] = rig_of(raw / name, results / name, point, sensors, sensor)
         files = {
             "path": pd.read_csv(folder / "path.csv"),
             "motion": load_motion(folder / "motion.npz"),
@@ -59,7 +60,7 @@ def forecasts(raw: Path, results: Path, config: Path) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _rig(raw: Path, results: Path, point: str, config: Path, sensor: str) -> tuple:
+def rig_of(raw: Path, results: Path, point: str, sensors: Path, sensor: str) -> tuple:
     """Table, template and support of a point, and the files of sensor and probe."""
     spec = load_yaml(raw / "object.yaml")
     places = (place / "template.ply" for place in (raw, results))
@@ -68,11 +69,11 @@ def _rig(raw: Path, results: Path, point: str, config: Path, sensor: str) -> tup
         load_indentation(results / f"indentation-{point}.npz"),
         read_template(template, unit=spec["template"]["unit"]),
         read_support(spec["support"]),
-        SensorSpec.plain(load_yaml(config / "sensors" / f"{sensor}.yaml")),
-        ProbeSpec.plain(load_yaml(config / "probes" / f"{spec['probe']}.yaml")),
+        SensorSpec.plain(load_yaml(sensors / f"{sensor}.yaml")),
+        ProbeSpec.plain(load_yaml(PROBES / f"{spec['probe']}.yaml")),
     )
 
 
 if __name__ == "__main__":
-    of_run = [Path(path) for path in (*sys.argv[1:3], *(sys.argv[3:] or ["config"]))]
+    of_run = [Path(path) for path in (*sys.argv[1:3], *(sys.argv[3:] or ["config/sensors"]))]
     forecasts(*of_run).to_csv(of_run[1] / "plan_forecasts.csv", index=False)

@@ -1,0 +1,123 @@
+"""Randomised rigs without pictures: contact solutions come through, and so do errors."""
+
+from copy import deepcopy
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from palpate.estimate.direct.estimate import estimate_direct
+from palpate.estimate.direct.options import Fit
+from palpate.estimate.relaxation import relaxed_force
+from palpate.plan import Noise, Planned
+from palpate.yaml_files import load_yaml
+from validation.observations import COMPARED, Contact, Lab, by_tenth, relaxed, summary
+
+E_PA = 2e4
+FIT = Fit(poisson_ratio_bounds=(0.0, 0.45))
+
+
+@pytest.fixture(scope="module")
+def ranges(root):
+    found = load_yaml(root / "config/observations.yaml")
+    # The table's block is small, and a camera looks at it from the middle of the range.
+    found["evenly"] |= {"azimuth_deg": [0, 0], "elevation_deg": [45, 45], "relaxing": [0, 0]}
+    found["force_n"] = [0.02, 25]
+    return found
+
+
+@pytest.fixture(scope="module")
+def lab(synthetic, sensors, ranges):
+    """A lab whose contact solution is the table's own: the estimate can know the truth."""
+    table, at = synthetic.table(), 1
+    noise = Noise(5e-5, 0.005, 1e-4)
+    rig = sensors["kinect"], synthetic.probe, noise
+    nu = float(table.poisson_ratios[at])
+    planned = Planned(table, synthetic.template, synthetic.support, *rig, E_PA, nu, FIT)
+    contact = Contact(
+        table.depth_m,
+        E_PA * table.force_per_modulus_m2[0, at],
+        table.surface_rest_m,
+        table.surface_faces,
+        table.surface_displacement_m[0, at].astype(float),
+    )
+    material = {"youngs_modulus_pa": E_PA, "poisson_ratio": nu, "law": "neo_hookean"}
+    return Lab(planned, contact, material, ranges, ranges["noise"]["kinect"])
+
+
+def quiet(lab):
+    """The same rig without an error."""
+    ranges = deepcopy(lab.ranges)
+    ranges |= {"dropped_frames": 0.0, "force_lag_s": 0.0}
+    ranges["normally"] = dict.fromkeys(ranges["normally"], 0.0)
+    none = {"pattern_m": 0.0, "clock_s": 0.0, "force_n": 0.0, "depth_delay_s": 0.0}
+    tips = {"rig_tip_m": np.zeros(3), "capture_tip_m": np.zeros(3)}
+    return replace(
+        lab, ranges=ranges, noise=none | tips | {"over_stated": {"tip": 0.0, "surface": 0.0}}
+    )
+
+
+def test_without_errors_the_estimate_is_the_truth(lab):
+    captures, material, drawn = quiet(lab).draw(np.random.default_rng(4))
+    assert len(captures) == drawn["captures"]
+    assert drawn["distance_m"] > 0.6
+    found = estimate_direct(captures, FIT, radius_m=lab.planned.table.radius_m).moduli
+    # But for the noise with which displacements are drawn in proportion to themselves.
+    true = material["youngs_modulus_pa"]
+    assert found["youngs_modulus_pa"].value == pytest.approx(true, rel=0.03)
+    assert found["poisson_ratio"].value == pytest.approx(material["poisson_ratio"], abs=0.03)
+
+
+def test_a_draw_is_its_seed_s_and_no_other(lab):
+    one, same, other = (lab.draw(np.random.default_rng(seed)) for seed in (1, 1, 2))
+    assert one[2] == same[2] != other[2]
+    np.testing.assert_array_equal(one[0][0].moved_m, same[0][0].moved_m)
+    np.testing.assert_array_equal(one[0][0].depth_m, same[0][0].depth_m)
+
+
+def test_errors_of_the_rig_are_in_all_its_captures(lab):
+    """A tip that is off by so much along the indentation, and a force that is too large."""
+    of = quiet(lab)
+    ranges = of.ranges | {"normally": of.ranges["normally"] | {"force_gain": 0.1}}
+    ranges |= {"captures": [2, 2], "depth_spread": 0.0}
+    off = replace(of, ranges=ranges, noise=of.noise | {"rig_tip_m": np.array([0.001, 0, 0])})
+    captures, _, drawn = off.draw(np.random.default_rng(3))
+    straight, _, same = replace(of, ranges=ranges | {"normally": of.ranges["normally"]}).draw(
+        np.random.default_rng(3)
+    )
+    assert same["depth_m"] == drawn["depth_m"]
+    for one, right in zip(captures, straight, strict=True):
+        away = one.tip_depth_m - right.tip_depth_m
+        assert np.ptp(away) < 1e-12 and abs(away[0]) > 1e-5
+        assert one.force_n.max() == pytest.approx((1 + drawn["force_gain"]) * right.force_n.max())
+    assert np.isclose(*(one.tip_depth_m[0] for one in captures))
+
+
+def test_the_force_relaxes_as_a_prony_series():
+    time_s = np.linspace(0, 2, 401)
+    force_n = np.minimum(time_s, 1.0) ** 1.5
+    series = {"fractions": [0.1, 0.2], "times_s": [0.3, 3.0]}
+    np.testing.assert_allclose(
+        relaxed(time_s, force_n, **series), relaxed_force(time_s, force_n, **series), atol=1e-12
+    )
+
+
+def test_the_summary_counts_what_holds_over_all_and_in_tenths():
+    rng, n = np.random.default_rng(0), 400
+    table = pd.DataFrame({"depth_m": rng.uniform(size=n)})
+    for name in COMPARED:
+        off = rng.normal(size=n)
+        # Too narrow by half where the indentation is deep.
+        half = np.where(table["depth_m"] > 0.5, 0.98, 1.96)
+        table[f"{name}_value"], table[f"{name}_truth"] = 10 + off, 10.0
+        table[f"{name}_low"], table[f"{name}_high"] = 10 + off - half, 10 + off + half
+        table[f"{name}_rank"] = rng.uniform(size=n)
+    table.loc[:9, f"{COMPARED[0]}_truth"] = np.nan
+    found = summary(table)
+    assert found["estimates"].tolist() == [n - 10, n, n, n]
+    assert found["holds"].between(0.76, 0.86).all()
+    assert (found["even_ranks_p"] > 0.001).all()
+    tenths = by_tenth(table, ["depth_m"]).query("quantity == 'poisson_ratio'")
+    assert tenths["count"].sum() == n and len(tenths) == 10
+    deep = tenths["tenth"] >= 5
+    assert tenths["mean"][deep].mean() < 0.8 < 0.9 < tenths["mean"][~deep].mean()

@@ -1,0 +1,321 @@
+"""Randomised rigs without pictures: the lab's contact solutions with the noise of recordings.
+
+    python -m validation.observations RUN --draws 50 [--seed 0] [--protocol careful]
+
+of the folder of a finished `make validation`, whose objects, contact solutions and indentation
+tables are taken; writes ``observations.csv`` there and prints how often the intervals hold. What
+is drawn, and the noise that recordings were measured to have, is in config/observations.yaml.
+"""
+
+import argparse
+import zlib
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from palpate.estimate.direct.deviations import ALIKE_M
+from palpate.estimate.direct.estimate import estimate_direct
+from palpate.estimate.direct.indentation import DirectIndentation
+from palpate.estimate.direct.options import Fit, ProbeUncertainty
+from palpate.estimate.direct.quantities import NAMES, POISSON
+from palpate.estimate.direct.table import axes_across
+from palpate.open3d_core import o3d, scene_of
+from palpate.plan import Noise, Planned, Protocol
+from palpate.yaml_files import load_yaml
+from scipy.interpolate import PchipInterpolator
+from scipy.signal import lfilter
+from scipy.spatial import cKDTree
+from scipy.stats import kstest
+from scipy.stats import t as student
+from validation.forecasts import rig_of
+from validation.measured import truth_of
+
+RANGES = Path("config/observations.yaml")
+COMPARED = (
+    "effective_reduced_modulus_pa",
+    "reduced_modulus_pa",
+    "youngs_modulus_pa",
+    "poisson_ratio",
+)
+# A ray starts so far outside of the surface; contacts beside each other, for slopes [m].
+OUTSIDE_M, ASIDE_M = 0.02, 0.001
+# F^(2/3) is about linear in depth.
+FORCE_POWER = 2 / 3
+FIRST = f"{COMPARED[0]}_value"
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The lab's solution of an indentation: force and surface over depth.
+
+    Attributes
+    ----------
+    depth_m, force_n : (k,) arrays
+        From 0 [m, N].
+    rest_m, faces : arrays
+        Undeformed surface (n, 3) [m] and its triangles.
+    displacement_m : (k, n, 3) array
+        Of the surface [m].
+    """
+
+    depth_m: NDArray
+    force_n: NDArray
+    rest_m: NDArray
+    faces: NDArray
+    displacement_m: NDArray
+
+    @staticmethod
+    def read(path: Path) -> "Contact":
+        """Read contact-<point>.npz."""
+        with np.load(path, allow_pickle=False) as data:
+            rest_m, faces = data["surface_rest_m"], data["surface_faces"]
+            moved = data["surface_displacement_m"].astype(float)
+            return Contact(data["depth_m"], data["force_n"], rest_m, faces, moved)
+
+    def force_at(self, depth_m: NDArray) -> NDArray:
+        """Elastic force at depths [N]; zero before contact."""
+        curve = PchipInterpolator(self.depth_m, self.force_n**FORCE_POWER)
+        return curve(np.clip(depth_m, 0, self.depth_m[-1])) ** (1 / FORCE_POWER)
+
+    def motion(self, cell_m: NDArray, normal: NDArray) -> NDArray:
+        """Way along the normals from the undeformed to the deformed surface, (k, c) [m]."""
+        middle = cell_m.mean(axis=0)
+        rays = np.hstack([cell_m + OUTSIDE_M * normal - middle, -normal])
+        rays = o3d.core.Tensor(rays.astype(np.float32))
+        ways = []
+        for moved in self.displacement_m:
+            scene = scene_of(self.rest_m + moved - middle, self.faces)
+            ways.append(scene.cast_rays(rays, nthreads=1)["t_hit"].numpy().astype(float))
+        return ways[0] - np.array(ways)
+
+
+@dataclass(frozen=True)
+class Lab:
+    """An object of the lab with a sensor, and what is drawn of recordings of it.
+
+    Attributes
+    ----------
+    planned : Planned
+        Table, template and rig as the files state them.
+    contact : Contact
+    material : mapping
+        material.json.
+    ranges, noise : mapping
+        Of config/observations.yaml: protocols and rigs, and the noise of the sensor's recordings.
+    """
+
+    planned: Planned
+    contact: Contact
+    material: Mapping
+    ranges: Mapping
+    noise: Mapping
+
+    @cached_property
+    def _motion(self) -> tuple[cKDTree, PchipInterpolator]:
+        """Samples, and over depth how far they move and what a contact farther on adds, (3, c)."""
+        cells, normal = self.planned.samples.cell_m, self.planned.samples.normal
+        aside = ASIDE_M * axes_across(self.planned.table.direction)
+        here, *beside = (self.contact.motion(cells + way, normal) for way in (0, *-aside, *aside))
+        slopes = (np.array(beside[:2]) - beside[2:]) / (2 * ASIDE_M)
+        # Rays that miss are of samples that no camera sees.
+        known = np.nan_to_num(np.stack([here, *slopes], axis=1), posinf=0, neginf=0)
+        return cKDTree(cells), PchipInterpolator(self.contact.depth_m, known)
+
+    def draw(self, rng: np.random.Generator) -> tuple[list[DirectIndentation], dict, dict]:
+        """Captures of a rig, the material, and what was drawn.
+
+        Raises
+        ------
+        ValueError
+            If the captures determine nothing, as of a camera that sees no surface.
+        """
+        ranges = self.ranges
+        drawn = {name: rng.uniform(*ends) for name, ends in ranges["evenly"].items()}
+        drawn |= {name: std * rng.normal() for name, std in ranges["normally"].items()}
+        drawn |= {"captures": int(rng.integers(*ranges["captures"], endpoint=True))}
+        drawn |= {"depth_m": drawn.pop("part_of_deepest") * self.contact.depth_m[-1]}
+        drawn |= {"distance_m": rng.uniform(*ranges["distance_m"][self.planned.sensor["sensor"]])}
+        unit_n = float(self.contact.force_at(np.array([drawn["depth_m"]]))[0])
+        drawn |= {"force_n": np.exp(rng.uniform(*np.log(ranges["force_over_solution"]))) * unit_n}
+        drawn["force_n"] = float(np.clip(drawn["force_n"], *ranges["force_n"]))
+        relaxation = {
+            "fractions": [drawn["relaxing"] / 2] * 2,
+            "times_s": [rng.uniform(*ends) for ends in ranges["relaxation_times_s"]],
+        }
+        stiffer = drawn["force_n"] / unit_n
+        E = stiffer * self.material["youngs_modulus_pa"]
+        tip_m = self.noise["rig_tip_m"] * rng.normal(size=3)
+        indented = [
+            self._capture(rng, drawn, relaxation, stiffer, tip_m) for _ in range(drawn["captures"])
+        ]
+        material = self.material | {"youngs_modulus_pa": E, "relaxation": relaxation}
+        return indented, material, drawn
+
+    def _capture(
+        self,
+        rng: np.random.Generator,
+        drawn: Mapping,
+        relaxation: Mapping,
+        stiffer: float,
+        tip_m: NDArray,
+    ) -> DirectIndentation:
+        planned, noise = self.planned, self.noise
+        depth_m = drawn["depth_m"] * (1 - self.ranges["depth_spread"] * rng.uniform())
+        up, aside = np.deg2rad([drawn["elevation_deg"], drawn["azimuth_deg"]])
+        away = [np.sin(aside) * np.cos(up), -np.cos(aside) * np.cos(up), np.sin(up)]
+        camera_m = planned.table.point_m + drawn["distance_m"] * np.array(away)
+        rate_hz = drawn["frame_rate_hz"]
+        protocol = Protocol(depth_m, rate_hz, planned.table.radius_m, camera_m, captures=1)
+        fine_s, path_m = _path(depth_m, drawn["press_s"], drawn["hold_s"])
+        force_n = stiffer * relaxed(fine_s, self.contact.force_at(path_m), **relaxation)
+        time_s = np.arange(0, fine_s[-1], 1 / rate_hz)
+        time_s = time_s[rng.random(len(time_s)) >= self.ranges["dropped_frames"]]
+        late_s = noise["clock_s"] * rng.normal() - self.ranges["force_lag_s"]
+        read_n = (1 + drawn["force_gain"]) * np.interp(time_s + late_s, fine_s, force_n)
+        read_n += drawn["force_drift_n"] * time_s / time_s[-1]
+        read_n += noise["force_n"] * rng.normal(size=len(time_s))
+        true_m = np.interp(time_s, fine_s, path_m)
+        exact, rest = planned.exact(protocol, time_s, true_m, read_n)
+        # Of tips: what a rig's captures share, what each has, and what depends on the place.
+        off_m = tip_m + noise["capture_tip_m"] * rng.normal(size=3)
+        apart = (true_m[:, None] - true_m) / ALIKE_M
+        alike = np.linalg.cholesky(np.exp(-(apart**2) / 2) + 1e-9 * np.eye(len(true_m)))
+        found_m = true_m + off_m[0] + noise["pattern_m"] * alike @ rng.normal(size=len(true_m))
+        samples, motion = self._motion
+        seen_m = np.interp(time_s[exact.frames] + noise["depth_delay_s"], fine_s, path_m)
+        moved_m = motion(seen_m)[..., samples.query(exact.cell_m)[1]]
+        moved_m = moved_m[:, 0] + np.tensordot(moved_m[:, 1:], off_m[1:], axes=(1, 0))
+        clock_s = drawn["clock_offset_s"] + late_s
+        exact = replace(
+            exact,
+            tip_depth_m=found_m,
+            depth_m=found_m[exact.frames],
+            clock_expected_s=clock_s,
+        )
+        moved_m = np.where(exact.seen, (1 + drawn["scale"]) * moved_m, np.nan)
+        return planned.noisy(exact, moved_m, rest, rng, **noise["over_stated"])
+
+
+def _path(depth_m: float, press_s: float, hold_s: float) -> tuple[NDArray, NDArray]:
+    """Times [s] and depths [m] of an indentation: at rest, towards it, into it, held."""
+    ends_s = np.cumsum([0.0, 1.0, 0.6, press_s, hold_s + 0.3])
+    time_s = np.arange(0, ends_s[-1], 0.002)
+    depth_m = np.interp(time_s, ends_s, [-0.015, -0.015, 0.0, depth_m, depth_m])
+    # A hand has no corners.
+    window = np.hanning(101) / np.hanning(101).sum()
+    smooth = np.convolve(np.pad(depth_m, 50, mode="edge"), window, mode="valid")
+    return time_s, np.where(smooth <= -0.015 + 1e-12, -0.015, smooth)
+
+
+def relaxed(
+    time_s: NDArray, force_n: NDArray, *, fractions: Sequence[float], times_s: Sequence[float]
+) -> NDArray:
+    """Prony series over an elastic force that is linear between times at even steps, (n,) [N]."""
+    relaxed, step_s = force_n * (1 - sum(fractions)), time_s[1] - time_s[0]
+    for fraction, tau in zip(fractions, times_s, strict=True):
+        kept = np.exp(-step_s / tau)
+        gain = fraction * (1 - kept) * tau / step_s
+        relaxed = relaxed + lfilter([gain], [1, -kept], np.diff(force_n, prepend=0.0))
+    return relaxed
+
+
+def lab_of(run: Path, name: str, sensor: str, ranges: Mapping) -> Lab:
+    """An object and a sensor of a run, by its files and config/observations.yaml."""
+    config, results = load_yaml(run / "config.yaml"), run / "results"
+    table, template, support, spec, probe = rig_of(
+        run / "raw" / name, results / name, "01", run / "sensors", sensor
+    )
+    material = load_yaml(results / "lab" / name / "material.json")
+    contact = Contact.read(results / "lab" / name / "contact-01.npz")
+    noise = Noise.expected(spec, probe, float(np.mean(ranges["distance_m"][sensor])))
+    fit = Fit.read(config.get("direct", {}).get("fit", {}))
+    of_guess = material["youngs_modulus_pa"], material["poisson_ratio"]
+    planned = Planned(table, template, support, spec, probe, noise, *of_guess, fit)
+    return Lab(planned, contact, material, ranges, ranges["noise"][sensor])
+
+
+def estimates(run: Path, name: str, sensor: str, draws: int, seed: int) -> list[dict]:
+    """Estimates of draws of an object and a sensor beside their truth, one row each."""
+    lab, rows = lab_of(run, name, sensor, load_yaml(RANGES)), []
+    planned, known = lab.planned, ProbeUncertainty.of(lab.planned.probe)
+    for k in range(draws):
+        rng = np.random.default_rng([seed, zlib.crc32(f"{name} {sensor}".encode()), k])
+        row = {"object": name, "sensor": sensor, "law": lab.material["law"], "draw": k}
+        try:
+            captures, material, drawn = lab.draw(rng)
+            row |= drawn
+            found = estimate_direct(
+                captures, planned.options, known, radius_m=planned.table.radius_m
+            )
+        except ValueError as error:
+            rows.append(row | {"rejected": str(error)})
+            continue
+        truth, budget, values = truth_of(material), found.budget, found.quantities.values
+        for quantity in COMPARED:
+            one, true, at = found.moduli[quantity], truth[quantity], NAMES.index(quantity)
+            gap = (true if at == POISSON else np.log(true)) - values[at]
+            row |= {f"{quantity}_{end}": getattr(one, end) for end in ("value", "low", "high")}
+            row[f"{quantity}_truth"] = true
+            row[f"{quantity}_rank"] = student.cdf(gap / budget.std[at], budget.freedom[at])
+        rows.append(row)
+    return rows
+
+
+def summary(table: pd.DataFrame) -> pd.DataFrame:
+    """How often intervals hold, how large errors and widths are, and whether ranks are even."""
+    rows = []
+    for name in COMPARED:
+        value, low, high, truth, rank = _of(table, name)
+        scale = 1.0 if name == COMPARED[-1] else truth
+        row = {"quantity": name, "estimates": len(value)}
+        row |= {"holds": ((low <= truth) & (truth <= high)).mean()}
+        row |= {"median_error": ((value - truth).abs() / scale).median()}
+        row |= {"median_half_width": ((high - low) / 2 / scale).median()}
+        rows.append(row | {"even_ranks_p": kstest(rank, "uniform").pvalue})
+    return pd.DataFrame(rows)
+
+
+def by_tenth(table: pd.DataFrame, drawn: Sequence[str]) -> pd.DataFrame:
+    """How often intervals hold in each tenth of each quantity that was drawn."""
+    parts = []
+    for name in COMPARED:
+        _, low, high, truth, _ = _of(table, name)
+        holds = ((low <= truth) & (truth <= high)).astype(float)
+        for one in drawn:
+            tenth = pd.qcut(table.loc[holds.index, one], 10, labels=False, duplicates="drop")
+            of = holds.groupby(tenth).agg(["mean", "count"]).rename_axis("tenth").reset_index()
+            parts.append(of.assign(drawn=one, quantity=name))
+    return pd.concat(parts)
+
+
+def _of(table: pd.DataFrame, name: str) -> list[pd.Series]:
+    """Value, ends, truth and rank of a quantity, where there is a truth."""
+    known = table[table[f"{name}_truth"].notna()]
+    return [known[f"{name}_{part}"] for part in ("value", "low", "high", "truth", "rank")]
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Draw, estimate, write and print."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0], allow_abbrev=False)
+    parser.add_argument("run", type=Path)
+    parser.add_argument("--draws", type=int, default=50, help="of each object and sensor")
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args(argv)
+    found = sorted((given.run / "results").glob("object_*/*/direct.json"))
+    pairs = [path.relative_to(given.run / "results").parts[:2] for path in found]
+    with ProcessPoolExecutor() as pool:
+        jobs = [pool.submit(estimates, given.run, *pair, given.draws, given.seed) for pair in pairs]
+        table = pd.DataFrame([row for job in jobs for row in job.result()])
+    table.to_csv(given.run / "observations.csv", index=False)
+    drawn = table.columns[table.columns.get_loc("draw") + 1 : table.columns.get_loc(FIRST)]
+    by_tenth(table, drawn).to_csv(given.run / "observations_by_tenth.csv", index=False)
+    print(summary(table).to_string(index=False))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,113 @@
+"""Noise of the lab's recordings against their truth, as config/observations.yaml has it.
+
+    python -m validation.recording_noise RUN
+
+of the folder of a finished `make validation`; writes ``recording_noise.csv`` there, one row for
+each capture, and prints them together for each sensor.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from palpate.capture.tables import columns_of
+from palpate.estimate.direct.deviations import correlation_length
+from palpate.estimate.direct.motion import load_motion
+from palpate.estimate.direct.table import axes_across
+from palpate.surface.alignment import load_alignment
+from palpate.units import FROM_MEDIAN
+from palpate.vision.force import FORCE
+from palpate.vision.probe import ALONG_STD, TIP
+from scipy.interpolate import PchipInterpolator
+from validation.observations import Contact
+
+DOWN = np.array([0.0, 0.0, -1.0])
+# Deeper than this the tip presses; farther above than this it is at rest [m].
+PRESSED_M, CLEAR_M = 0.0005, 0.0005
+# Residuals beyond so many deviations are outliers.
+OUTLYING = 5.0
+
+
+def noise_of(results: Path, name: str, sensor: str, capture: str) -> dict:
+    """Errors of a capture: of tip [m], clock [s], force [N], and displacements [m]."""
+    folder = results / name / sensor / capture
+    with np.load(results / "lab" / name / sensor / capture / "truth.npz") as data:
+        truth = {key: data[key] for key in data.files if key not in ("surface_m", "mask")}
+    path, motion = pd.read_csv(folder / "path.csv"), load_motion(folder / "motion.npz")
+    pose = load_alignment(folder / "alignment.json").camera_from_object
+    depth_m, real = truth["depth_m"], truth["camera_from_object"]
+    pressed, rest = depth_m > PRESSED_M, depth_m < -CLEAR_M
+    way = np.vstack([DOWN, axes_across(DOWN)])
+    tips = [(of - at[:3, 3]) @ at[:3, :3] @ way.T for of, at in _tips(path, truth, pose, real)]
+    off = (tips[0] - tips[1])[pressed]
+    row = {"object": name, "sensor": sensor, "capture": capture}
+    row |= dict(zip(("tip_m", "across_1_m", "across_2_m"), off.mean(axis=0), strict=True))
+    # What goes evenly with the depth, and what is left from frame to frame.
+    line = np.polynomial.Polynomial.fit(depth_m[pressed], off[:, 0], 1)
+    left = off[:, 0] - line(depth_m[pressed])
+    row["tip_by_depth"] = line.convert().coef[1]
+    row["tip_over_stated"] = left.std(ddof=2) / np.nanmedian(path[ALONG_STD])
+    row["tip_alike"] = float(left[1:] @ left[:-1] / (left @ left))
+    clock = json.loads((folder / "clock.json").read_text(encoding="utf-8"))
+    row["clock_s"] = clock["offset_s"] - float(truth["clock_offset_s"])
+    force_n = [
+        columns_of(path, FORCE) @ pose[:3, :3] @ DOWN,
+        truth["force_n"] @ real[:3, :3] @ DOWN,
+    ]
+    row["force_n"] = (force_n[0] - force_n[1])[rest].std()
+    contact = Contact.read(results / "lab" / name / f"contact-{capture.partition('-')[0]}.npz")
+    moved_m = contact.motion(motion.cell_m, motion.normal)
+    true_m = PchipInterpolator(contact.depth_m, moved_m)(np.clip(depth_m, 0, None))
+    gap = motion.moved_m - true_m
+    near = np.linalg.norm(motion.cell_m - contact.rest_m.mean(axis=0), axis=1) < np.inf
+    seen = np.isfinite(gap) & pressed[:, None] & near
+    scaled = (gap / motion.noise_std_m)[seen]
+    row["surface_over_stated"] = FROM_MEDIAN * np.median(np.abs(scaled))
+    row["outliers"] = (np.abs(scaled) > OUTLYING * row["surface_over_stated"]).mean()
+    row["missing"] = 1 - np.isfinite(motion.moved_m[pressed]).mean()
+    row["stated_m"] = np.median(motion.noise_std_m[seen])
+    row["alike_m"] = correlation_length(
+        motion.cell_m, np.where(pressed[:, None], gap, np.nan)[pressed]
+    )
+    row["scale"] = (gap * true_m)[seen].sum() / (true_m[seen] ** 2).sum()
+    return row
+
+
+def _tips(path, truth, pose, real):
+    return ((columns_of(path, TIP), pose), (truth["tip_m"], real))
+
+
+def together(rows: pd.DataFrame) -> pd.DataFrame:
+    """By sensor: deviations of what a rig's captures share and of each one's own, and medians."""
+    found = []
+    for sensor, part in rows.groupby("sensor"):
+        row = {"sensor": sensor, "captures": len(part)}
+        for name in ("tip_m", "across_1_m", "across_2_m"):
+            of_rig = part.groupby("object")[name]
+            own = np.sqrt(of_rig.var().mean())
+            row[f"rig_{name}"] = np.sqrt((of_rig.mean() ** 2).mean())
+            row[f"capture_{name}"] = own
+        for name in ("tip_by_depth", "clock_s", "scale"):
+            row[name] = np.sqrt((part[name] ** 2).mean())
+        for name in part.columns[part.columns.get_loc("tip_over_stated") :]:
+            row.setdefault(name, part[name].median())
+        found.append(row)
+    return pd.DataFrame(found).set_index("sensor").T
+
+
+def main() -> None:
+    """Measure all captures of a run."""
+    results, rows = Path(sys.argv[1]) / "results", []
+    for path in sorted(results.glob("*/*/*/motion.npz")):
+        name, sensor, capture = path.relative_to(results).parts[:3]
+        if (path.parent / "alignment.json").is_file():
+            rows.append(noise_of(results, name, sensor, capture))
+    table = pd.DataFrame(rows)
+    table.to_csv(Path(sys.argv[1]) / "recording_noise.csv", index=False)
+    print(together(table).to_string(float_format="{:.4g}".format))
+
+
+if __name__ == "__main__":
+    main()
