@@ -101,7 +101,7 @@ REJECTED = {
     "--modulus-kpa 30 --camera-mm 0 0 9 --distance-mm 9": "--distance-mm: expected none beside",
     "--modulus-kpa 30 --depth-mm 500": "--depth-mm: expected up to the",
     "--modulus-kpa 30 --point 99": "--point: expected one of",
-    "--modulus-kpa 30 --sensor none": "none.yaml: file: expected YAML, found nothing",
+    "--modulus-kpa 30 --sensor none": "none.yaml: file: expected a file, found none",
     "--modulus-kpa 30 --figure x.txt": "--figure: expected a file that ends with",
 }
 

@@ -4,7 +4,9 @@ import argparse
 import os
 import signal
 import sys
+from contextlib import redirect_stderr
 from importlib import import_module
+from types import SimpleNamespace
 
 from palpate import __version__
 from palpate.commands.help import Parser
@@ -19,8 +21,13 @@ def main(arguments: list[str] | None = None) -> int:
     """Run a command; the exit status is 1 where it fails, with one line on what is wrong."""
     arguments = sys.argv[1:] if arguments is None else arguments
     options = _parser(arguments[:1]).parse_args(arguments)
+    stream = sys.stderr
+    if "quiet" in options:  # no terminal, so that nobody draws a bar
+        names, given = ("write", "flush"), {"quiet": True, "isatty": lambda: False}
+        stream = SimpleNamespace(**{name: getattr(stream, name) for name in names}, **given)
     try:
-        status = options.work(options) or 0
+        with redirect_stderr(stream):
+            status = options.work(options) or 0
     except BrokenPipeError:
         status = 128 + signal.SIGPIPE
     except (ValueError, OSError) as error:

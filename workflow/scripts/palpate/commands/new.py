@@ -77,10 +77,7 @@ def _new(options: argparse.Namespace) -> None:
         probe["marker"]["kind"] = options.board
     template = {"template": {"file": "template.ply"}}
     files = [
-        (
-            sensors / f"{sensor}.yaml",
-            {"sensor": sensor, "kind": options.kind, **stored, **camera},
-        ),
+        (sensors / f"{sensor}.yaml", {"sensor": sensor, "kind": options.kind, **stored, **camera}),
         (probes / f"{options.probe}.yaml", {"probe": options.probe, **probe}),
         (path, {"object": options.object, "probe": options.probe, **template}),
     ]
