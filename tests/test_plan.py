@@ -113,3 +113,10 @@ def test_what_is_wrong_is_one_line_before_work(root, capsys, given):
     assert main(of_sample.split()) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert REJECTED[given] in line
+
+
+def test_a_text_for_a_number_is_one_line(capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main("plan raw/sponge --sensor kinect --modulus-kpa soft".split())
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("error: --modulus-kpa: expected a number, found soft")

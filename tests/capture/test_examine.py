@@ -289,4 +289,4 @@ def test_depths_of_the_middle(tmp_path, rows, depth_mm, line):
     wrong = found.wrong + found.doubts
     assert [one.endswith(line) for one in wrong] == [True] if line else not wrong
     if rows and depth_mm == 900:
-        assert found.found[-1] == f"{5 * rows}% of the picture's middle has a depth, 0.90 m"
+        assert found.found[-1] == f"depth is known in {5 * rows}% of the middle, 0.90 m"

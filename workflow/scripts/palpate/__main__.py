@@ -23,8 +23,8 @@ def main(arguments: list[str] | None = None) -> int:
     options = _parser(arguments[:1]).parse_args(arguments)
     stream = sys.stderr
     if "quiet" in options:  # no terminal, so that nobody draws a bar
-        names, given = ("write", "flush"), {"quiet": True, "isatty": lambda: False}
-        stream = SimpleNamespace(**{name: getattr(stream, name) for name in names}, **given)
+        stream = SimpleNamespace(write=stream.write, flush=stream.flush, isatty=lambda: False)
+        stream.quiet = True
     try:
         with redirect_stderr(stream):
             status = options.work(options) or 0

@@ -293,8 +293,7 @@ def _depths(folder: Path, sensor: Mapping) -> Findings:
         expected = f"{low:g} to {high:g} m (the sensor's range_m)"
         found = f"{typical:.3g} m in the middle (what does a count stand for?)"
         return _seldom(place, expected, found, wrong=True)
-    text = f"{share:.0%} of the picture's middle has a depth, {typical:.2f} m"
-    result = Findings(found=(text,))
+    result = Findings(found=(f"depth is known in {share:.0%} of the middle, {typical:.2f} m",))
     if share < LEAST_DEPTH_SHARE:
         expected = f"readings in {LEAST_DEPTH_SHARE:.0%} of the middle or more"
         result += _seldom(place, expected, f"{share:.0%}")

@@ -214,7 +214,6 @@ def add(parts: Any) -> None:
     verb.add_argument("--kind", choices=KINDS, help="of two cameras: what the second is for")
     verb.add_argument("--sensor", metavar="NAME", help="begin the file with this name")
     verb.add_argument("--size", type=counts, metavar="640x480", help="of OpenCV files without one")
-    verb.add_argument(
-        "--opencv", type=Path, metavar="FILE", help="write a pair's M1 D1 M2 D2 R T, to rectify by"
-    )
+    text = "write a pair's M1 D1 M2 D2 R T, to rectify by"
+    verb.add_argument("--opencv", type=Path, metavar="FILE", help=text)
     verb.add_argument("--output", type=Path, metavar="FILE", help="write there, else print")

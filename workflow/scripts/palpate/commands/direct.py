@@ -5,7 +5,6 @@ import json
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
@@ -152,7 +151,7 @@ class _Steps:
     done: int = 0
     tables: dict[tuple[Path, str], "IndentationModel"] = field(default_factory=dict)
 
-    def stage(self, text: str) -> AbstractContextManager:
+    def stage(self, text: str) -> Any:
         self.done += 1
         return stage(f"[{self.done} of {self.count}] {text}", lasting=True)
 

@@ -112,8 +112,8 @@ def _planned(options: argparse.Namespace) -> "Planned":
     template = read_template(path, unit=declared["template"]["unit"])
     of_object = folder, declared, path, template, read_support(declared["support"])
     of_point = point, probe["indenter"]["radius_m"], config.direct.model
-    lasting = partial(stage, lasting=True)
-    table = TablePoint(*of_object, *of_point).table(project, lasting, fast=True)
+    begin = partial(stage, lasting=True)
+    table = TablePoint(*of_object, *of_point).table(project, begin, fast=True)
     away_m = (options.distance_mm or DISTANCE_MM) / MILLIMETRES
     if options.camera_mm:
         away_m = float(np.linalg.norm(np.array(options.camera_mm) / MILLIMETRES - table.point_m))
@@ -145,9 +145,8 @@ def _devices(options: argparse.Namespace, probe: str) -> tuple[Mapping, Mapping]
 
 def _template(folder: Path, declared: Mapping, project: Project) -> Path:
     """The template's file, or the one that a run made of scans."""
-    path = project.results(declared["object"], "template.ply")
-    if file := declared["template"].get("file"):
-        path = folder / file
+    file = declared["template"].get("file")
+    path = folder / file if file else project.results(declared["object"], "template.ply")
     if not path or not path.is_file():
         expected = "a closed surface (of scans a run makes one first)"
         raise ValueError(f"{folder}/object.yaml: template: expected {expected}, found no {path}")
@@ -214,9 +213,8 @@ def add(commands: Any) -> None:
     verb.add_argument("--sensor", required=True, help="its name in config/sensors")
     verb.add_argument("--probe", help="its name in config/probes; else that of object.yaml")
     verb.add_argument("--point", help="of object.yaml; else its first")
-    verb.add_argument(
-        "--modulus-kpa", type=float, required=True, help="a guess of E, within a factor of ten"
-    )
+    text = "a guess of E, within a factor of ten"
+    verb.add_argument("--modulus-kpa", type=float, required=True, help=text)
     verb.add_argument("--nu", type=float, default=0.3, help="a guess of Poisson's ratio (0.3)")
     verb.add_argument("--depth-mm", type=float, help="maximum depth; else 0.8 of the table's")
     text = "at this point, or at others like it (3)"

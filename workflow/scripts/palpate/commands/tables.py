@@ -4,7 +4,6 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,7 +40,7 @@ class TablePoint:
     def table(
         self,
         project: Project,
-        stage: Callable[[str], AbstractContextManager],
+        stage: Callable,
         *,
         fast: bool = False,
         changed: bool = False,

@@ -28,10 +28,7 @@ from palpate.surface.options import Aligning
 from palpate.vision.options import Background, Clouds, Force, ProbePose, SupportPlane
 from palpate.workflow.run import Run
 
-FILES = {
-    "The file of a sensor": SensorSpec,
-    "The file of a probe": ProbeSpec,
-}
+FILES = {"The file of a sensor": SensorSpec, "The file of a probe": ProbeSpec}
 HEAD = """# Options
 
 What `config/config.yaml` or a file given with `--configfile` may say, and the files of sensors and
@@ -155,8 +152,7 @@ def page() -> str:
     """Give docs/options.md, all of it of the models: options of a run, fields of files."""
     parts = [HEAD + _table(rows(Config))]
     for name, kind in FILES.items():
-        words = getdoc(kind).partition("\n\nExamples")[0]
-        parts += [f"## {name}", "", words, _table(rows(kind))]
+        parts += [f"## {name}\n", getdoc(kind).partition("\n\nExamples")[0], _table(rows(kind))]
     return "\n".join(parts)
 
 
