@@ -101,7 +101,7 @@ REJECTED = {
     "--modulus-kpa 30 --camera-mm 0 0 9 --distance-mm 9": "--distance-mm: expected none beside",
     "--modulus-kpa 30 --depth-mm 500": "--depth-mm: expected up to the",
     "--modulus-kpa 30 --point 99": "--point: expected one of",
-    "--modulus-kpa 30 --sensor none": "none.yaml: file: expected YAML, found nothing",
+    "--modulus-kpa 30 --sensor none": "none.yaml: file: expected a file, found none",
     "--modulus-kpa 30 --figure x.txt": "--figure: expected a file that ends with",
 }
 
@@ -113,3 +113,10 @@ def test_what_is_wrong_is_one_line_before_work(root, capsys, given):
     assert main(of_sample.split()) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert REJECTED[given] in line
+
+
+def test_a_text_for_a_number_is_one_line(capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main("plan raw/sponge --sensor kinect --modulus-kpa soft".split())
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("error: --modulus-kpa: expected a number, found soft")

@@ -263,7 +263,8 @@ def test_a_scene_against_its_background(tmp_path, pixels, line):
     folders = folder_of(tmp_path / "a", picture), folder_of(tmp_path / "b", grey())
     found = examine_scene(*folders, SENSOR)
     if line is None:
-        assert not found.doubts and found.found[0].endswith("% of the picture new")
+        new = "% of the picture is new against the background"
+        assert not found.doubts and found.found[0].endswith(new)
         # Blurred by seven pixels, a third of a step of sixty reaches one column farther.
         assert int(found.found[0].split("%")[0]) == pytest.approx(100 * 21 / 60, abs=2)
     else:
@@ -288,4 +289,4 @@ def test_depths_of_the_middle(tmp_path, rows, depth_mm, line):
     wrong = found.wrong + found.doubts
     assert [one.endswith(line) for one in wrong] == [True] if line else not wrong
     if rows and depth_mm == 900:
-        assert found.found[-1] == f"depth in {5 * rows}%, 0.90 m"
+        assert found.found[-1] == f"depth is known in {5 * rows}% of the middle, 0.90 m"

@@ -188,5 +188,5 @@ def test_files_that_are_not_whole_or_no_pair(written, texts, line):
 
 
 def test_a_file_that_is_not_there():
-    with pytest.raises(ValueError, match="nowhere.yaml: file: expected YAML, found nothing"):
+    with pytest.raises(ValueError, match="nowhere.yaml: file: expected a file, found none"):
         read_optics([Path("nowhere.yaml")])

@@ -85,7 +85,7 @@ def test_a_lab_like_another_says_only_what_is_different(home):
     paths = written(home)["paths"] | {"lab": "lab.yaml"}
     assert opened(home, paths=paths).lab == expected
     (home / "lab.yaml").write_text("like: nowhere.yaml\n")
-    refuse(home, "nowhere.yaml: file: expected YAML, found nothing", paths=paths)
+    refuse(home, "nowhere.yaml: file: expected a file, found none", paths=paths)
 
 
 @pytest.mark.parametrize(
@@ -331,7 +331,7 @@ def test_options_of_an_object_that_is_nowhere(home, block):
     line = f"config/thesis.yaml: {block}.objects: expected one of .*foam_ball.*, found foam_bal$"
     refuse(home, line, **{block: options})
     (home / "raw/foam_bal").mkdir(parents=True)
-    refuse(home, "raw/foam_bal/object.yaml: file: expected YAML", **{block: options})
+    refuse(home, "raw/foam_bal/object.yaml: file: expected a file", **{block: options})
 
 
 def test_a_probe_of_experiments_is_asked_for_where_there_are_any(root, home):

@@ -4,8 +4,10 @@ import argparse
 import os
 import signal
 import sys
+from contextlib import redirect_stderr
 from importlib import import_module
 from importlib.util import find_spec
+from types import SimpleNamespace
 
 from palpate import __version__
 from palpate.commands.help import Parser
@@ -23,9 +25,14 @@ MODULES = {"import": "recording"}
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; the exit status is 1 where it fails, with one line on what is wrong."""
     arguments = sys.argv[1:] if arguments is None else arguments
+    stream = sys.stderr
     try:
         options = _parser(arguments[:1]).parse_args(arguments)
-        status = options.work(options) or 0
+        if "quiet" in options:  # no terminal, so that nobody draws a bar
+            stream = SimpleNamespace(write=stream.write, flush=stream.flush, isatty=lambda: False)
+            stream.quiet = True
+        with redirect_stderr(stream):
+            status = options.work(options) or 0
     except BrokenPipeError:
         status = 128 + signal.SIGPIPE
     except (ValueError, OSError) as error:

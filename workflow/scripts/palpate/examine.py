@@ -163,7 +163,8 @@ def _capture(
         line = str(error)
         place = line.startswith(str(folder.parent))
         found += Findings((line if place else f"{folder}: {line}",))
-    text = f"{folder.parent.name}/{folder.name}: {', '.join(found.found)}"
+    sentences = " ".join(f"{one[0].upper()}{one[1:]}." for one in found.found)
+    text = f"{folder.parent.name}/{folder.name}: {sentences}"
     return Findings(found.wrong, found.doubts, (text,))
 
 
@@ -171,8 +172,8 @@ def _place(capture: Capture, found: Alignment) -> Findings:
     """Where the template and the first contact lie."""
     declared_m = capture.declared_point["position_m"]
     away_mm = MILLIMETRES * float(np.linalg.norm(found.contact_point_m - declared_m))
-    off = f"template {MILLIMETRES * found.rms_m:.1f} mm off the first cloud (rms)"
-    told = (f"{off}, contact {away_mm:.1f} mm from the declared point",)
+    off = f"the first cloud is {MILLIMETRES * found.rms_m:.1f} mm off the template (rms)"
+    told = (off, f"the probe touches {away_mm:.1f} mm from the declared point")
     if away_mm <= FAR_MM:
         return Findings(found=told)
     expected = f"expected within {FAR_MM:g} mm of points.{capture.point}"
@@ -184,8 +185,8 @@ def _place(capture: Capture, found: Alignment) -> Findings:
 def _press(capture: Capture, press: Press, config: Config) -> Findings:
     """Board and force of a press that nothing speaks against."""
     seen, frames_s = press.poses["detected"], press.poses["time_s"].to_numpy(float)
-    by = "poses at" if (capture.folder / POSES).is_file() else "board in"
-    found = Findings(found=(f"{by} {seen.sum()} of {len(seen)} frames",))
+    by = "the probe has a pose" if (capture.folder / POSES).is_file() else "the target is found"
+    found = Findings(found=(f"{by} in {seen.sum()} of {len(seen)} frames",))
     known = zeroed(capture.force, capture.probe, config.force.bias_window_s, frames_s[0])
     count = round(AVERAGED_S * (len(known.time_s) - 1) / np.ptp(known.time_s))
     found += examine_force(
@@ -197,9 +198,9 @@ def _press(capture: Capture, press: Press, config: Config) -> Findings:
         onset_n=config.hertz.onset_force_n,
     )
     offset_ms, std_ms = 1e3 * press.clock.offset_s, 1e3 * press.clock.std_s
-    clock = f"offset of its clock {offset_ms:+.0f} +- {std_ms:.0f} ms"
+    clock = f"its clock is {offset_ms:+.0f} +- {std_ms:.0f} ms off the camera's"
     if not press.clock.determined:
-        clock += " as assumed: the indentation does not determine it"
+        clock += ", as the sensor's file assumes; the indentation does not determine it"
     return found + Findings(found=(*told_of(capture.folder, known.columns), clock))
 
 
@@ -211,9 +212,9 @@ def told_of(folder: Path, taken: Sequence[str]) -> Iterator[str]:
     raw = read_table(folder / FORCE)
     burst = sampled_s(raw["time_s"].to_numpy(float))[1]
     if burst > 1:
-        yield f"its stamps in bursts of {burst:.0f} samples, which were spread"
+        yield f"its times came in bursts of {burst:.0f} samples and were spread evenly"
     if {*GAUGE_COLUMNS, *WRENCH_COLUMNS} <= set(raw.columns):
-        yield f"volts and newtons, of which {taken[0]}..{taken[-1]} were taken"
+        yield f"it has volts and newtons, of which {taken[0]}..{taken[-1]} were taken"
 
 
 def examine_frames(folder: Path, sensor: Mapping) -> Findings:
@@ -258,7 +259,7 @@ def examine_scene(folder: Path, background: Path, sensor: Mapping) -> Findings:
         expected = "the background's scene (same place, same light)"
         found = f"{share:.0%} of the picture changed"
         return _seldom(f"{folder}: frames", expected, found, wrong=share > ALL_CHANGED)
-    return Findings(found=(f"{share:.0%} of the picture new",))
+    return Findings(found=(f"{share:.0%} of the picture is new against the background",))
 
 
 def _seldom(place: str, expected: str, found: str, *, wrong: bool = False) -> Findings:
@@ -292,7 +293,7 @@ def _depths(folder: Path, sensor: Mapping) -> Findings:
         expected = f"{low:g} to {high:g} m (the sensor's range_m)"
         found = f"{typical:.3g} m in the middle (what does a count stand for?)"
         return _seldom(place, expected, found, wrong=True)
-    result = Findings(found=(f"depth in {share:.0%}, {typical:.2f} m",))
+    result = Findings(found=(f"depth is known in {share:.0%} of the middle, {typical:.2f} m",))
     if share < LEAST_DEPTH_SHARE:
         expected = f"readings in {LEAST_DEPTH_SHARE:.0%} of the middle or more"
         result += _seldom(place, expected, f"{share:.0%}")

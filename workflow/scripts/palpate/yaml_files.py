@@ -55,7 +55,7 @@ def load_yaml(path: str | Path) -> Any:
     """
     path = Path(path)
     if not is_file(path):
-        raise ValueError(one_line(f"{path}: file: expected YAML, found nothing"))
+        raise ValueError(one_line(f"{path}: file: expected a file, found none"))
     if path.stat().st_size > LARGEST_BYTES:
         found = f"expected YAML of at most {LARGEST_BYTES} bytes, found {path.stat().st_size}"
         raise ValueError(one_line(f"{path}: file: {found}"))

@@ -1,4 +1,4 @@
-"""The study's configuration: all options of the tool, and its own; ``-m thesis.options PAGE``."""
+"""The study's configuration; ``-m thesis.options PAGE`` writes the page of the tool's."""
 
 import sys
 from collections.abc import Iterator, Mapping
@@ -184,11 +184,6 @@ class StudyConfig(Config):
                 yield f"minimise.steps.{name}.tracker", f"one of {names}", step.tracker
 
 
-def options_page() -> str:
-    """Give docs/options.md."""
-    return page(StudyConfig, {f"Trackers of kind {name}": kind for name, kind in TRACKERS.items()})
-
-
 if __name__ == "__main__":
     with whole_file(Path(sys.argv[1])) as part:
-        part.write_text(options_page(), encoding="utf-8")
+        part.write_text(page(), encoding="utf-8")

@@ -21,7 +21,7 @@ from palpate.capture.files import write_json
 from palpate.capture.poses import POSES
 from palpate.capture.tables import FRAMES, WRENCH_COLUMNS, columns_of, read_force, read_table
 from palpate.commands import calibrate_camera
-from palpate.commands.help import add_columns, add_verb, all_sure, check_outputs, sure
+from palpate.commands.help import add_columns, add_verb, all_sure, check_outputs, stage, sure
 from palpate.config.model import FILL_IN, blank_fields
 from palpate.config.probe import ProbeSpec, TargetFile
 from palpate.units import MILLIMETRES, MILLINEWTONS
@@ -94,7 +94,8 @@ def _calibrate(part: Callable[..., Found], options: argparse.Namespace) -> None:
         raise ValueError(f"{source}: frames.csv: expected a recording's, found none")
     files = [str(value) for value in vars(options).values() if isinstance(value, Path)]
     try:
-        lines, fields = part(options, _probe(options))
+        with stage(f"{source}: poses and fit"):
+            lines, fields = part(options, _probe(options))
     except ValueError as error:
         # What begins with an option or a file is named already.
         if str(error).startswith(("--", *(f"{file}{mark}" for file in files for mark in ":/"))):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from palpate.capture.files import write_text
 from palpate.capture.importing.optics_files import read_optics
-from palpate.commands.help import add_verb, all_sure, check_outputs, counts, sure
+from palpate.commands.help import add_verb, all_sure, check_outputs, counts, stage, sure
 from palpate.config.probe import SIDE, TargetFile
 from palpate.units import MILLIMETRES
 from palpate.vision.board import Board, FlatBoard
@@ -72,7 +72,8 @@ def _camera(options: argparse.Namespace) -> None:
     folders = [path.is_dir() for path in options.sources]
     if len(set(folders)) > 1:
         raise ValueError("sources: expected two folders or two files, found one of each")
-    found = _of_pictures(options) if folders[0] else _of_files(options)
+    with stage("corners and optics"):
+        found = _of_pictures(options) if folders[0] else _of_files(options)
     blocks = found.blocks
     report = found.report + [RECTIFIED] * ("stereo" in blocks)
     if options.opencv is not None:
@@ -213,7 +214,6 @@ def add(parts: Any) -> None:
     verb.add_argument("--kind", choices=KINDS, help="of two cameras: what the second is for")
     verb.add_argument("--sensor", metavar="NAME", help="begin the file with this name")
     verb.add_argument("--size", type=counts, metavar="640x480", help="of OpenCV files without one")
-    verb.add_argument(
-        "--opencv", type=Path, metavar="FILE", help="write a pair's M1 D1 M2 D2 R T, to rectify by"
-    )
+    text = "write a pair's M1 D1 M2 D2 R T, to rectify by"
+    verb.add_argument("--opencv", type=Path, metavar="FILE", help=text)
     verb.add_argument("--output", type=Path, metavar="FILE", help="write there, else print")

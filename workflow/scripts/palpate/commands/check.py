@@ -8,7 +8,7 @@ from typing import Any
 
 from palpate.capture.devices import PLACES, Devices, add_devices, raw_folder, read_devices
 from palpate.capture.discover import object_folders, sensor_folders
-from palpate.commands.help import add_verb
+from palpate.commands.help import add_verb, stage
 from palpate.commands.project import Project
 from palpate.yaml_files import load_yaml
 
@@ -91,7 +91,8 @@ def _checked(
         lines += _missing_recordings(project, folder, sensors, probe, devices["probes"].folder)
     specs = (devices[name].specs for name in PLACES)
     findings = Findings(tuple(lines))
-    findings += examine_object(folder, *specs, config, project.optics, project.calibrations)
+    with stage(f"{folder}: template, images, forces"):
+        findings += examine_object(folder, *specs, config, project.optics, project.calibrations)
     lines = list(findings.wrong) or [f"{folder}: nothing wrong"]
     places = {name: devices[name].folder for name in PLACES}
     if places != PLACES:

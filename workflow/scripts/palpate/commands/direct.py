@@ -16,7 +16,7 @@ from palpate.capture.devices import add_devices
 from palpate.capture.discover import sensor_folders
 from palpate.capture.files import whole_file
 from palpate.capture.tables import FRAMES
-from palpate.commands.help import add_verb, check_figure
+from palpate.commands.help import add_verb, check_figure, stage
 from palpate.commands.project import Project
 from palpate.solid.options import LARGEST_RATIO
 
@@ -144,16 +144,16 @@ def _title(group: Sequence[Capture]) -> str:
 
 @dataclass
 class _Steps:
-    """Steps of all estimates: each is one line as it begins, with how many are left."""
+    """Steps of all estimates: each says its number, and of how many."""
 
     options: argparse.Namespace
     count: int
     done: int = 0
     tables: dict[tuple[Path, str], "IndentationModel"] = field(default_factory=dict)
 
-    def begin(self, text: str) -> None:
+    def stage(self, text: str) -> Any:
         self.done += 1
-        print(f"[{self.done} of {self.count}] {text}", file=sys.stderr, flush=True)
+        return stage(f"[{self.done} of {self.count}] {text}", lasting=True)
 
     def estimate(self, group: Sequence[Capture]) -> "DirectEstimate":
         """Estimate of captures of one object with one sensor."""
@@ -169,8 +169,8 @@ class _Steps:
             if (subject, one.capture.point) not in self.tables:
                 self.tables[subject, one.capture.point] = self._table(one, project)
         tables = [self.tables[subject, one.capture.point] for one in measured]
-        self.begin(f"{_title(group)}: E and nu")
-        return direct.estimate(measured, tables, _fit(config.direct.fit, self.options))
+        with self.stage(f"{_title(group)}: E and nu"):
+            return direct.estimate(measured, tables, _fit(config.direct.fit, self.options))
 
     def _measure(
         self, capture: Capture, calibrations: Sequence[Path], config: Any, optics: Path | None
@@ -180,12 +180,12 @@ class _Steps:
         from palpate.vision.calibrated_probe import calibrated_probe, placed_sensor
 
         shown = os.path.relpath(capture.folder)
-        self.begin(f"{shown}: masks, probe, forces, clouds, motion")
         try:
             probe = calibrated_probe(capture.probe, calibrations)
             sensor = placed_sensor(capture.sensor, calibrations)
             capture = replace(capture, sensor=sensor, probe=probe)
-            return measure(capture, config, optics=optics)
+            with self.stage(f"{shown}: masks, probe, forces, clouds, surface displacement"):
+                return measure(capture, config, optics=optics)
         except ValueError as error:
             line = str(error)
             raise ValueError(line if shown in line else f"{shown}: {line}") from None
@@ -198,10 +198,9 @@ class _Steps:
         of_object = capture.folder.parents[1], capture.declared, capture.template
         of_point = capture.point, capture.radius_m, one.config.direct.model
         point = TablePoint(*of_object, one.template, one.support, *of_point)
-        changed = options.fast or options.config or options.tables
-        return point.table(
-            project, self.begin, fast=options.fast, changed=changed, own=options.tables
-        )
+        fast, own = options.fast, options.tables
+        changed = fast or options.config or own
+        return point.table(project, self.stage, fast=fast, changed=changed, own=own)
 
 
 def _fit(fit: Any, options: argparse.Namespace) -> Any:

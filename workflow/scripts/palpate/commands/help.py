@@ -1,30 +1,61 @@
-"""What verbs of the command share: their help, columns of curves, where figures may go."""
+"""What verbs of the command share: help, progress, columns of curves, where figures may go."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+import re
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from math import floor, inf, log10
 from pathlib import Path
-from typing import Any
+from threading import Event, Thread
+from typing import Any, NoReturn
 
 FIGURES = (".png", ".svg", ".pdf")
+# What argparse says of a value, and what a person reads.
+WORDS = {
+    r"^argument ": "",
+    r"invalid float value: '(.*)'": r"expected a number, found \1",
+    r"invalid int value: '(.*)'": r"expected a whole number, found \1",
+    r"invalid choice: '(.*)' \(choose from (.*)\)": r"expected one of \2, found \1",
+}
 
 
 class Parser(argparse.ArgumentParser):
-    """Parser that takes options by their whole name alone, and so do its commands' parsers."""
+    """Parser of the command, of a verb or of a part: options by their whole names, --quiet."""
 
     def __init__(self, **given: Any) -> None:
         super().__init__(**{"allow_abbrev": False} | given)
+        text = "no progress, only results, warnings and errors"
+        self.add_argument("--quiet", action="store_true", default=argparse.SUPPRESS, help=text)
+
+    def error(self, message: str) -> NoReturn:
+        """End with one line on what is wrong in place of the usage."""
+        for said, read in WORDS.items():
+            message = re.sub(said, read, message)
+        self.exit(2, f"error: {message} (see {self.prog} --help)\n")
+
+
+@contextmanager
+def stage(text: str, *, lasting: bool = False) -> Iterator[None]:
+    """Say what goes on: on a terminal with the time that it takes; ``lasting`` in a log too."""
+    if not sys.stderr.isatty():
+        if lasting and not hasattr(sys.stderr, "quiet"):
+            print(text, file=sys.stderr, flush=True)
+        yield
+        return
+    from tqdm import tqdm
+
+    over, form = Event(), "{desc} ({elapsed})"
+    with tqdm(desc=text, bar_format=form, leave=lasting, dynamic_ncols=True) as bar:
+        Thread(target=lambda: [bar.refresh() for _ in iter(lambda: over.wait(1), True)]).start()
+        try:
+            yield
+        finally:
+            over.set()
 
 
 def add_verb(
-    commands: Any,
-    name: str,
-    short: str,
-    work: Any,
-    *,
-    about: str,
-    example: str,
-    parents: Sequence[argparse.ArgumentParser] = (),
+    commands: Any, name: str, short: str, work: Any, *, about: str, example: str, **given: Any
 ) -> argparse.ArgumentParser:
     """Add a verb to a parser's commands.
 
@@ -38,8 +69,8 @@ def add_verb(
         Takes the options, gives the exit status or None.
     about, example : str
         What its help begins and ends with.
-    parents : sequence of ArgumentParser, optional
-        Parsers whose arguments are its own too.
+    **given
+        Further arguments of its parser, like ``parents``.
     """
     verb = commands.add_parser(
         name,
@@ -47,7 +78,7 @@ def add_verb(
         description=about,
         epilog=f"example:\n  {example}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        parents=parents,
+        **given,
     )
     verb.set_defaults(work=work)
     return verb

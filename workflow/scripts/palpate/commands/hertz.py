@@ -15,7 +15,7 @@ import pandas as pd
 from palpate.capture.curves.curve import Curve, read_curve
 from palpate.capture.files import whole_file
 from palpate.capture.tables import write_table
-from palpate.commands.help import add_columns, add_verb, check_figure
+from palpate.commands.help import add_columns, add_verb, check_figure, stage
 from palpate.modulus import modulus_text
 from palpate.units import readable
 
@@ -52,7 +52,8 @@ def _hertz(options: argparse.Namespace) -> int:
     found, failed = [], 0
     for path in options.curves:
         try:
-            found.append(_fitted(path, setup, options))
+            with stage(path):
+                found.append(_fitted(path, setup, options))
         except ValueError as error:
             line, shown = str(error), "standard input" if path == "-" else path
             failed, line = 1, line if line.startswith((shown, "--")) else f"{shown}: {line}"

@@ -75,14 +75,10 @@ def _new(options: argparse.Namespace) -> None:
         camera, probe = {"base": {"name": FILL_IN}}, {"tracked": FILL_IN}
     elif options.board != BOARDS[0]:
         probe["marker"]["kind"] = options.board
-    template = {"template": {"file": "template.ply"}}
     files = [
-        (
-            sensors / f"{sensor}.yaml",
-            {"sensor": sensor, "kind": options.kind, **stored, **camera},
-        ),
+        (sensors / f"{sensor}.yaml", {"sensor": sensor, "kind": options.kind, **stored, **camera}),
         (probes / f"{options.probe}.yaml", {"probe": options.probe, **probe}),
-        (path, {"object": options.object, "probe": options.probe, **template}),
+        (path, dict(object=options.object, probe=options.probe, template={"file": "template.ply"})),
     ]
     if files[0][0] == files[1][0]:
         raise ValueError(f"--probe: expected a file apart from the sensor's, found {files[0][0]}")

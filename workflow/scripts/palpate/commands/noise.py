@@ -12,7 +12,7 @@ import yaml
 
 from palpate.capture.devices import CONFIG, add_devices, device_folder, raw_folder
 from palpate.capture.files import whole_file, write_text
-from palpate.commands.help import add_verb, check_figure
+from palpate.commands.help import add_verb, check_figure, stage
 from palpate.commands.project import Project, calibrated_devices
 from palpate.units import MILLIMETRES
 from palpate.workflow.configuration_checks import OF_NOISE
@@ -48,7 +48,8 @@ def _noise(options: argparse.Namespace) -> None:
     folders, config = _recordings(options, sensor), project.config(options.config)
     from palpate.noise import measure
 
-    found = measure(sensor, probe, **folders, config=config)
+    with stage(f"{', '.join(map(str, folders.values()))}: poses, forces, clouds"):
+        found = measure(sensor, probe, **folders, config=config)
     if options.figure:
         from palpate.report.noise_figure import noise_figure
 
@@ -92,10 +93,8 @@ def _lines(quantities: list["Quantity"]) -> Iterator[str]:
         unit, scale = READ[one.unit]
         measured, beside = f"{scale * one.value:.3g} {unit}", f"{'':18}  {one.source}"
         if one.ratio is not None:
-            said, stated = (
-                "exceeds" if one.exceeds else "within",
-                f"{scale * one.stated:.3g} {unit}",
-            )
+            said = "exceeds" if one.exceeds else "within"
+            stated = f"{scale * one.stated:.3g} {unit}"
             beside = f"{stated:>11}{one.ratio:7.2f}  {said}: {one.source}"
         yield f"  {one.name:36}{measured:>11}{beside}"
 

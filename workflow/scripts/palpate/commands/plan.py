@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +12,8 @@ import numpy as np
 
 from palpate.capture.devices import add_devices, device_folder, read_device
 from palpate.capture.files import whole_file
-from palpate.commands.help import add_verb, check_figure
+from palpate.commands.help import add_verb, check_figure, stage
 from palpate.commands.project import Project, calibrated_devices
-from palpate.config.model import Model, problems
 from palpate.config.object import ObjectSpec
 from palpate.modulus import BOUNDED, IDENTIFIED, NOT_IDENTIFIED
 from palpate.units import MILLIMETRES, PERCENT
@@ -54,8 +54,8 @@ def _plan(options: argparse.Namespace) -> int:
     check_figure(options.figure)
     _check_options(options)
     planned = _planned(options)
-    protocol = _protocol(options, planned)
-    rows = dict(planned.varied(protocol))
+    with stage("forecasts of the protocols"):
+        rows = dict(planned.varied(_protocol(options, planned)))
     if options.figure:
         from palpate.report.plan_figure import plan_figure
 
@@ -91,7 +91,9 @@ def _planned(options: argparse.Namespace) -> "Planned":
     from palpate.surface.template import read_template
 
     folder = options.folder
-    declared = _read(folder / "object.yaml", ObjectSpec)
+    declared = load_yaml(path := folder / "object.yaml")
+    ObjectSpec.read(declared, str(path))
+    declared = ObjectSpec.plain(declared)
     name = options.probe or declared.get("probe")
     if name is None:
         raise ValueError(f"{folder}/object.yaml: probe: expected one (or --probe), found none")
@@ -110,7 +112,8 @@ def _planned(options: argparse.Namespace) -> "Planned":
     template = read_template(path, unit=declared["template"]["unit"])
     of_object = folder, declared, path, template, read_support(declared["support"])
     of_point = point, probe["indenter"]["radius_m"], config.direct.model
-    table = TablePoint(*of_object, *of_point).table(project, _begin, fast=True)
+    begin = partial(stage, lasting=True)
+    table = TablePoint(*of_object, *of_point).table(project, begin, fast=True)
     away_m = (options.distance_mm or DISTANCE_MM) / MILLIMETRES
     if options.camera_mm:
         away_m = float(np.linalg.norm(np.array(options.camera_mm) / MILLIMETRES - table.point_m))
@@ -121,14 +124,6 @@ def _planned(options: argparse.Namespace) -> "Planned":
     rig, guess = (sensor, probe, Noise(**noise)), (options.modulus_kpa * 1e3, options.nu)
     fit, observation = config.direct.fit, config.direct.observation
     return Planned(table, *of_object[3:], *rig, *guess, options=fit, observation=observation)
-
-
-def _read(path: Path, model: type[Model]) -> Mapping:
-    """A file that its model has checked."""
-    spec = load_yaml(path)
-    if lines := problems(model, spec, str(path)):
-        raise ValueError("\n".join(lines))
-    return model.plain(spec)
 
 
 def _devices(options: argparse.Namespace, probe: str) -> tuple[Mapping, Mapping]:
@@ -144,23 +139,18 @@ def _devices(options: argparse.Namespace, probe: str) -> tuple[Mapping, Mapping]
     try:
         return calibrated_devices(files, Project.near(options.folder))
     except ValueError as error:
-        _begin(f"{error}; planned with the numbers of the file")
+        print(f"{error}; planned with the numbers of the file", file=sys.stderr)
         return tuple(spec for spec, _ in read.values())
 
 
 def _template(folder: Path, declared: Mapping, project: Project) -> Path:
     """The template's file, or the one that a run made of scans."""
-    path = project.results(declared["object"], "template.ply")
-    if file := declared["template"].get("file"):
-        path = folder / file
+    file = declared["template"].get("file")
+    path = folder / file if file else project.results(declared["object"], "template.ply")
     if not path or not path.is_file():
         expected = "a closed surface (of scans a run makes one first)"
         raise ValueError(f"{folder}/object.yaml: template: expected {expected}, found no {path}")
     return path
-
-
-def _begin(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
 
 
 def _protocol(options: argparse.Namespace, planned: "Planned") -> "Protocol":
@@ -223,9 +213,8 @@ def add(commands: Any) -> None:
     verb.add_argument("--sensor", required=True, help="its name in config/sensors")
     verb.add_argument("--probe", help="its name in config/probes; else that of object.yaml")
     verb.add_argument("--point", help="of object.yaml; else its first")
-    verb.add_argument(
-        "--modulus-kpa", type=float, required=True, help="a guess of E, within a factor of ten"
-    )
+    text = "a guess of E, within a factor of ten"
+    verb.add_argument("--modulus-kpa", type=float, required=True, help=text)
     verb.add_argument("--nu", type=float, default=0.3, help="a guess of Poisson's ratio (0.3)")
     verb.add_argument("--depth-mm", type=float, help="maximum depth; else 0.8 of the table's")
     text = "at this point, or at others like it (3)"

@@ -26,38 +26,21 @@ FAST = {"poisson_ratios": (0.0, 0.3, 0.49), "step_m": 0.003, "edge_m": 0.004}
 
 @dataclass(frozen=True)
 class TablePoint:
-    """What the indentation table of a point is made of.
+    """What the indentation table of a point is made of."""
 
-    Attributes
-    ----------
-    folder : Path
-        raw/<object>.
-    declared : mapping
-        object.yaml.
-    path : Path
-        The template's file.
-    template : Template
-    support : Support
-    name : str
-        Of the point.
-    radius_m : float
-        Of the sphere [m].
-    model : IndentationTable
-    """
-
-    folder: Path
-    declared: Mapping
-    path: Path
+    folder: Path  # raw/<object>
+    declared: Mapping  # object.yaml
+    path: Path  # the template's file
     template: Template
     support: Support
-    name: str
-    radius_m: float
+    name: str  # of the point
+    radius_m: float  # of the sphere [m]
     model: IndentationTable
 
     def table(
         self,
         project: Project,
-        begin: Callable[[str], None],
+        stage: Callable,
         *,
         fast: bool = False,
         changed: bool = False,
@@ -65,7 +48,7 @@ class TablePoint:
     ) -> IndentationModel:
         """The table that is kept, or one made now, and kept.
 
-        ``begin`` says what begins; ``fast``: a coarse one; ``changed``: with other options than a
+        ``stage`` says what goes on; ``fast``: a coarse one; ``changed``: with other options than a
         run's; ``own`` is a folder of tables in place of results/<object>.
         """
         model, title = self.model.changed(**FAST) if fast else self.model, self.declared["object"]
@@ -77,15 +60,15 @@ class TablePoint:
             if path and path.is_file():
                 table = load_indentation(path)
                 if np.isclose(table.radius_m, self.radius_m, rtol=SAME_RADIUS):
-                    begin(f"indentation table of point {self.name}: {os.path.relpath(path)}")
-                    return table
+                    with stage(f"indentation table of point {self.name}: {os.path.relpath(path)}"):
+                        return table
         where = f", kept in {os.path.relpath(mine)}" if mine else ""
-        begin(f"indentation table of point {self.name}: made now, a minute or more{where}")
         surface = self.template.vertices_m, self.template.faces
-        mesh, _ = object_solid(*surface, self.declared["template"], self.support, kept=kept)
         point, deepest_m = self.declared["points"][self.name], self.declared.get("deepest_m")
         size = {"radius_m": self.radius_m, "deepest_m": deepest_m}
-        table = point_table(mesh, self.support, surface, point, model, **size)
+        with stage(f"indentation table of point {self.name}: made now, a minute or more{where}"):
+            mesh, _ = object_solid(*surface, self.declared["template"], self.support, kept=kept)
+            table = point_table(mesh, self.support, surface, point, model, **size)
         if mine:
             save_indentation(mine, table)
         return table

@@ -44,7 +44,7 @@ def is_the_labs(name: str, raw: Path, found: set[CaptureId], problems: list[str]
     folders = [raw / name / c.sensor / c.capture for c in found]
     if all((folder / MADE_BY_A_RULE).is_file() for folder in folders):
         return True
-    problems.append(f"{path}: file: expected YAML, found nothing")
+    problems.append(f"{path}: file: expected a file, found none")
     return False
 
 

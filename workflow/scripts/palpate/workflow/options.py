@@ -18,7 +18,6 @@ from palpate.config.model import (
     members,
     option,
 )
-from palpate.config.object import ObjectSpec
 from palpate.config.probe import ProbeSpec
 from palpate.config.sensor import SensorSpec
 from palpate.estimate.direct import options as direct
@@ -29,16 +28,15 @@ from palpate.surface.options import Aligning
 from palpate.vision.options import Background, Clouds, Force, ProbePose, SupportPlane
 from palpate.workflow.run import Run
 
-FILES = {
-    "object.yaml of an object": ObjectSpec,
-    "The file of a sensor": SensorSpec,
-    "The file of a probe": ProbeSpec,
-}
+FILES = {"The file of a sensor": SensorSpec, "The file of a probe": ProbeSpec}
 HEAD = """# Options
 
-What `config/config.yaml`, `config/thesis.yaml`, or a file given with `--configfile` may say, and at
-the end the files of objects, sensors and probes. What is left out has its default. Units are in the
-names. This page is written by `make docs`.
+What `config/config.yaml` or a file given with `--configfile` may say, and the files of sensors and
+probes; [object.yaml](capture_format.md#objectyaml) is described with the capture format. What is
+left out has its default. Units are in the names. Options of the study's own steps (`study`,
+`solid`, `minimise`, `simulation`, `tracking.trackers`) have their meaning in
+`workflow/scripts/thesis/options.py` and their values in `config/thesis.yaml`. `make docs` writes
+this page.
 """
 BOUNDS = {"minimum": "at least", "exclusiveMinimum": "above"}
 BOUNDS |= {"maximum": "at most", "exclusiveMaximum": "below"}
@@ -150,19 +148,11 @@ def as_asked(told: Any, kinds: Sequence[Any]) -> Any:
     return {"true": True, "false": False, "null": None}.get(told, told)
 
 
-def page(config: type[Config], further: Mapping[str, type[Model]]) -> str:
-    """Give docs/options.md: a table for each block of options, for further models, and for files.
-
-    All is of the models themselves.
-    """
-    fields = config.model_fields.items()
-    blocks = {name: f.annotation for name, f in fields if hasattr(f.annotation, "model_fields")}
-    plain = [row for row in rows(config) if row[0].partition(".")[0] not in blocks]
-    parts = [HEAD, "## The run", _table(plain)]
-    for name, kind in {**blocks, **further, **FILES}.items():
-        words = getdoc(kind).partition("\n\nExamples")[0]
-        place = f"{name}." if name in blocks else ""
-        parts += [f"## {name}", "", words, _table(rows(kind, place))]
+def page() -> str:
+    """Give docs/options.md, all of it of the models: options of a run, fields of files."""
+    parts = [HEAD + _table(rows(Config))]
+    for name, kind in FILES.items():
+        parts += [f"## {name}\n", getdoc(kind).partition("\n\nExamples")[0], _table(rows(kind))]
     return "\n".join(parts)
 
 
@@ -172,6 +162,8 @@ def rows(kind: type[Model], place: str = "") -> Iterator[tuple[str, str, str, st
     for name, field in kind.model_fields.items():
         kinds = list(members([field.annotation])) if not field.frozen else []
         if block := next((one for one in kinds if hasattr(one, "model_fields")), None):
+            if kind is Config:
+                yield name, "", "", getdoc(block)
             yield from rows(block, f"{place}{name}.")
         elif kinds and field.description:
             default = "to be given" if field.is_required() else _said(field.default)
