@@ -105,8 +105,8 @@ def test_the_first_screen_has_numbers_verdicts_and_what_limits_them():
     assert "0.38 (0.20 to 0.49) bounded" in found.first
     assert "depths of 5.6 to 5.6 mm and times up to 3.0 s." in found.first
     assert "All 6 checks of one capture passed." in found.first
-    assert "(100 % of effective E*, 100 % of E at once, 100 % of nu)." in found.first
-    assert "E after 1 s 35.0 kPa 34.0 to 36.0 identified" in found.text
+    assert "(100 % of effective E*, 100 % of instantaneous E, 100 % of nu)." in found.first
+    assert "E at 1 s 35.0 kPa 34.0 to 36.0 identified" in found.text
     assert "G 13.8 kPa" in found.text and "K 35.0 kPa or more" in found.text
     assert "mean strain of 18 %, 2.8 mm deep" in found.text
     assert "0 s after the touch (18 % per second) and at maximum depth after 2.0 s" in found.text

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.json_fields import read_all
-from palpate.modulus import IDENTIFIED
+from palpate.modulus import IDENTIFIED, LABELS
 from palpate.report.estimate_rows import compared
 from palpate.report.style import BLACK, BLUE, PAGE_IN, finished, sensor_name
 from palpate.units import KILOPASCALS
@@ -17,10 +17,14 @@ from palpate.units import KILOPASCALS
 # Of a line, of what is above and below the lines of an object, and of the whole at most [in].
 LINE_IN, AROUND_IN, HIGHEST_IN = 0.24, 0.62, 9.0
 GREATEST_NU = 0.5
+SCALES = {
+    "effective_reduced_modulus_pa": KILOPASCALS,
+    "youngs_modulus_pa": KILOPASCALS,
+    "poisson_ratio": 1.0,
+}
 QUANTITIES = {
-    "effective_reduced_modulus_pa": ("effective E* (kPa)", KILOPASCALS),
-    "youngs_modulus_pa": ("E (kPa)", KILOPASCALS),
-    "poisson_ratio": ("Poisson's ratio", 1.0),
+    name: (f"{LABELS[name]} (kPa)" if scale != 1.0 else "Poisson's ratio", scale)
+    for name, scale in SCALES.items()
 }
 TRUTH = {"color": BLACK, "lw": 0.8, "ls": "--", "zorder": 0, "label": "truth"}
 

@@ -15,10 +15,12 @@ from palpate.report.material_cards import PROGRAMMES
 from palpate.report.other_methods import others
 from palpate.report.own_figures import HERTZ, OWN_FIGURES
 from palpate.report.pages import rendered, title_of
+from palpate.report.point_maps import CAPTION, PointMap
 from palpate.report.press_pictures import Glimpse
 from palpate.report.style import sensor_name
 from palpate.report.viewer import plotly
 
+MAPPED = "map"
 SIMULATED_NOTE = "Simulated: pictures and forces were computed; no such object was indented."
 
 
@@ -35,6 +37,7 @@ def own_page(
     files: Mapping[str, str],
     views: Sequence[Mapping] = (),
     narrowed: Mapping[str, Sequence[Mapping[str, str]]] | None = None,
+    maps: Sequence[PointMap] = (),
 ) -> str:
     """Write an object's page.
 
@@ -60,6 +63,8 @@ def own_page(
         Of `viewer.view`.
     narrowed : mapping, optional
         Rows of what would narrow the intervals, by sensor (`palpate.plan.narrowed`).
+    maps : sequence of PointMap, optional
+        Stiffness over the object by sensor; their picture is that of the name `MAPPED`.
 
     Returns
     -------
@@ -93,6 +98,8 @@ def own_page(
         glimpses=glimpses,
         limits={sensor_name(sensor): bars(one["budget"]) for sensor, one in joints.items()},
         narrowed={sensor_name(sensor): rows for sensor, rows in (narrowed or {}).items()},
+        maps=maps,
+        pictured=(pictures[MAPPED], CAPTION) if MAPPED in pictures else None,
         views=views,
         plotly=plotly() if views else "",
         figures=list(figures.values()),

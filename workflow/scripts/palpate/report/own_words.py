@@ -32,7 +32,7 @@ OF_NU = {
 EFFECTIVE = "effective_reduced_modulus_pa"
 HEADLINES = {
     EFFECTIVE: "Effective E* at {:.1f} mm, after 1 s",
-    "youngs_modulus_pa": "Young's modulus E, at once",
+    "youngs_modulus_pa": "Young's modulus E, instantaneous",
     "poisson_ratio": "Poisson's ratio nu",
 }
 MEANINGS = {
@@ -102,8 +102,8 @@ def law(parameter: float, std: float) -> str:
     found += f" ({parameter - half:.2f} to {parameter + half:.2f})"
     if len(possible) == len(LAWS):
         return (
-            f"{found}: {first} law (0) and {last} (1) both explain the captures. E at once carries"
-            " that uncertainty, the effective E* hardly."
+            f"{found}: {first} law (0) and {last} (1) both explain the captures. The"
+            " instantaneous E carries that uncertainty, the effective E* hardly."
         )
     if possible:
         return f"{found}: near {possible[0]} law (0: {first}, 1: {last})."
@@ -150,16 +150,16 @@ def conditions(direct: Mapping, held: Sequence[Held]) -> str:
     return (
         f"The effective E* holds at a mean strain of {strain:.0f} %, {depth * MILLIMETRES:.1f} mm"
         f" deep, 1 s after a step; the tip was there {there:.1f} s after the touch{rate} and at"
-        f" maximum depth after {deepest:.1f} s. E at once, nu, G and K hold at small strain, before"
-        " relaxation."
+        f" maximum depth after {deepest:.1f} s. The instantaneous E, nu, G and K hold at small"
+        " strain, before relaxation."
     )
 
 
 def range_of(held: Sequence[Held]) -> str:
-    """From which depths and times E at once is extrapolated."""
+    """From which depths and times the instantaneous E is extrapolated."""
     depths = np.concatenate([one.depth_m[one.frames] for one in held]) * MILLIMETRES
     return (
-        "E at once is extrapolated to small strain and no time, from depths of"
+        "Instantaneous E is extrapolated to small strain and no time, from depths of"
         f" {depths.min():.1f} to {depths.max():.1f} mm and times up to {compared_s(held):.1f} s."
     )
 
