@@ -24,35 +24,17 @@ from scipy.spatial.distance import cdist, pdist
 from scipy.special import ndtri
 from scipy.stats import chi2
 
+from palpate.estimate.direct.budget import OWN_SOURCES
 from palpate.modulus import CONFIDENCE, NOT_JUDGED, Modulus
 from palpate.units import PERCENT
 
 FEWEST_POINTS = 3
 # What is mapped: it depends least on the material law, so points of other depths compare.
 MAPPED = "effective_reduced_modulus_pa"
-# Sources of an uncertainty budget that are the same error at all points of an object, and those
-# that captures of one point share beside them.
-SHARED = (
-    "law of the force",
-    "law of the motion",
-    "relaxing shares",
-    "relaxing shares of neighbouring times",
-    "Poisson's ratio",
-    "sinking",
-    "friction at the sphere",
-    "tip of the probe",
-    "camera in the base frame",
-    "scale of the camera",
-    "scale of the force",
-    "radius of the sphere",
-    "compliance of the probe",
-)
-OF_POINT = (
-    "curvature of the template",
-    "indentation table: force",
-    "indentation table: motion",
-    "indentation table: base friction",
-)
+# Sources of an uncertainty budget, by how their names begin, that each capture has for itself, and
+# that captures of one point share; all others are the same error at all points.
+OF_CAPTURE = (*OWN_SOURCES, "noise of", "zero of the force", "drift of the force", "captures apart")
+OF_POINT = ("curvature of the template", "indentation table", "rocking")
 # p-value from which on points are said not to differ.
 LIKELY_ALIKE = 1 - CONFIDENCE
 # Of intervals of a normal distribution, either way.
@@ -279,12 +261,12 @@ def _combined(moduli: Sequence[Modulus], parts: Sequence[tuple]) -> tuple[Modulu
 
 def _parts(budget: Sequence[Mapping]) -> tuple[float, float, float]:
     """Of the variance, what each capture has for itself, each point, and what all share."""
-    squares = {SHARED: 0.0, OF_POINT: 0.0, (): 0.0}
+    squares = dict.fromkeys((OF_CAPTURE, OF_POINT, ""), 0.0)
     for row in budget:
-        kind = next(k for k in squares if not k or row["source"] in k)
+        kind = next(names for names in squares if row["source"].startswith(names))
         squares[kind] += row[f"contribution_log_{MAPPED.removesuffix('_pa')}"] ** 2
-    whole = sum(squares.values())
-    return squares[()] / whole, squares[OF_POINT] / whole, squares[SHARED] / whole
+    capture, point, shared = (part / sum(squares.values()) for part in squares.values())
+    return capture, point, shared
 
 
 def matern(distance: NDArray) -> NDArray:

@@ -14,12 +14,13 @@ from palpate.estimate.direct.result import load_fitted
 from palpate.json_fields import read_all, read_by_folder
 from palpate.plan import as_recorded, narrowed
 from palpate.report.estimate_rows import compared
-from palpate.report.held import Held, named
+from palpate.report.held import Held
 from palpate.report.own_figures import OWN_FIGURES
 from palpate.report.own_page import MAPPED, own_page
 from palpate.report.point_maps import map_picture, point_maps
 from palpate.report.press_pictures import Frames, glimpses
 from palpate.report.settings_words import as_yaml, checksums, rests_on
+from palpate.report.style import capture_name
 from palpate.report.viewer import map_view, view
 from palpate.solid.indentation_table import load_indentation
 from palpate.surface.alignment import load_alignment
@@ -41,8 +42,8 @@ def main(snakemake):
     found = read_all(inputs.fits), read_all(inputs.direct), map(read_table, inputs.poses)
     fitted = [one.tip_depth_m for one in mine], [one.frames for one in mine]
     held = [Held(*of_one) for of_one in zip(params.captures, *found, *fitted, strict=True)]
-    known = {named(one.capture): one for one in held}
-    firsts = [known[named(capture)] for capture in params.first]
+    known = {capture_name(one.capture): one for one in held}
+    firsts = [known[capture_name(capture)] for capture in params.first]
     direct = [one.direct for one in held]
     joints = compared(params.captures, direct, params.groups, read_all(inputs.joint))[1]
     spec, _ = read_declared(inputs.object)
@@ -78,7 +79,9 @@ def settings_of(inputs, params, spec, held, tables):
 
 def files_of(inputs, params):
     """Files and folders whose checksums are on the page, by what they are called there."""
-    captures = {named(one): path for one, path in zip(params.captures, inputs.folders, strict=True)}
+    captures = {
+        capture_name(one): path for one, path in zip(params.captures, inputs.folders, strict=True)
+    }
     joints = zip(params.groups, inputs.joint, strict=True)
     estimates = {f"direct.json of {group['sensor']}": path for group, path in joints}
     found = {Path(inputs[name]).name: inputs[name] for name in ("object", "solid", "summary")}
@@ -140,7 +143,7 @@ def pictures_of(inputs, sensors, firsts):
         seen = Stream(recorded, sensor), load_masks(next(masks)), tips, axes, read_clouds(cloud)
         camera, force_n = camera_from_spec(sensor["color"]), np.array(one.fit["samples"]["force_n"])
         frames = Frames(*seen, camera, force_n)
-        yield from glimpses(frames, one.deepest, named(one.capture))
+        yield from glimpses(frames, one.deepest, capture_name(one.capture))
 
 
 run(main, snakemake)

@@ -4,12 +4,11 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.options import CONFIGURED, OBSERVED
 from palpate.modulus import LABELS
-from palpate.report.pages import TEMPLATES
+from palpate.report import texts
 from palpate.units import PERCENT, readable
 
 # Contributions that are shown, and what they are called.
@@ -32,10 +31,7 @@ class Words(NamedTuple):
     of: str = ""
 
 
-SOURCES = {
-    name: Words(**said)
-    for name, said in yaml.safe_load((TEMPLATES / "sources.yaml").read_text("utf-8")).items()
-}
+SOURCES = {name: Words(**said) for name, said in texts("sources").items()}
 
 
 def bars(rows: Sequence[Mapping]) -> dict:

@@ -10,13 +10,12 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import pandas as pd
-import yaml
 from pandas.io.json import build_table_schema
 
-from palpate.report.pages import TEMPLATES
+from palpate.report import texts
 
 # Units by the ends of columns' names, what columns and tables are.
-UNITS, MEANINGS, ALIKE, TITLES = yaml.safe_load((TEMPLATES / "columns.yaml").read_text()).values()
+UNITS, MEANINGS, ALIKE, TITLES = texts("columns").values()
 DESCRIBED = "What each of their columns is, and its unit (a Frictionless Data Package)"
 BUDGET = "uncertainty_budget.csv"
 NOT_A_NAME = re.compile(r"[^a-z0-9._-]+")

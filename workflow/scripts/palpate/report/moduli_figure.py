@@ -22,10 +22,6 @@ SCALES = {
     "youngs_modulus_pa": KILOPASCALS,
     "poisson_ratio": 1.0,
 }
-QUANTITIES = {
-    name: (f"{LABELS[name]} (kPa)" if scale != 1.0 else "Poisson's ratio", scale)
-    for name, scale in SCALES.items()
-}
 TRUTH = {"color": BLACK, "lw": 0.8, "ls": "--", "zorder": 0, "label": "truth"}
 
 
@@ -74,13 +70,13 @@ def moduli_figure(
     heights = [AROUND_IN + LINE_IN * len(lines) for lines in rows.values()]
     size = (PAGE_IN, min(sum(heights), HIGHEST_IN))
     look = {"sharey": "row", "squeeze": False, "height_ratios": heights}
-    figure, axes = plt.subplots(len(rows), len(QUANTITIES), figsize=size, **look)
+    figure, axes = plt.subplots(len(rows), len(SCALES), figsize=size, **look)
     for panels, (name, lines) in zip(axes, rows.items(), strict=True):
-        for panel, (quantity, (label, scale)) in zip(panels, QUANTITIES.items(), strict=True):
+        for panel, (quantity, scale) in zip(panels, SCALES.items(), strict=True):
             draw_lines(panel, lines, quantity, scale)
             if name in truths:
                 panel.axvline(scale * truths[name][quantity], **TRUTH)
-            panel.set_xlabel(label)
+            panel.set_xlabel(LABELS[quantity] + " (kPa)" * quantity.endswith("_pa"))
         if len(rows) > 1:
             panels[0].set_title(name.replace("_", " "))
     if truths:

@@ -9,19 +9,18 @@ from palpate.modulus import VERDICTS, verdicts_in
 from palpate.report import own_words as words
 from palpate.report.budget_bars import bars, largest
 from palpate.report.data_package import links_of
-from palpate.report.held import FRAMES_NOTE, Held, checks_of, press_of, recording, rows
+from palpate.report.held import Held, checks_of, press_of, recording, rows
 from palpate.report.material import names_of
 from palpate.report.material_cards import PROGRAMMES
 from palpate.report.other_methods import others
-from palpate.report.own_figures import HERTZ, OWN_FIGURES
+from palpate.report.own_figures import HERTZ, OWN_FIGURES, TEXTS
 from palpate.report.pages import rendered, title_of
-from palpate.report.point_maps import CAPTION, PointMap
+from palpate.report.point_maps import PointMap
 from palpate.report.press_pictures import Glimpse
 from palpate.report.style import sensor_name
 from palpate.report.viewer import plotly
 
 MAPPED = "map"
-SIMULATED_NOTE = "Simulated: pictures and forces were computed; no such object was indented."
 
 
 def own_page(
@@ -90,7 +89,7 @@ def own_page(
     return rendered(
         "own_page.html.j2",
         title=title_of(name),
-        simulated=SIMULATED_NOTE if (summary["provenance"] == "simulated").any() else "",
+        simulated=(summary["provenance"] == "simulated").any(),
         estimates=list(_estimates(recommended.to_dict("records"), joints, held)),
         verdicts=[(one, told) for one, told in VERDICTS.items() if one in given],
         recording=recording(checked),
@@ -99,13 +98,12 @@ def own_page(
         limits={sensor_name(sensor): bars(one["budget"]) for sensor, one in joints.items()},
         narrowed={sensor_name(sensor): rows for sensor, rows in (narrowed or {}).items()},
         maps=maps,
-        pictured=(pictures[MAPPED], CAPTION) if MAPPED in pictures else None,
+        pictured=(pictures[MAPPED], TEXTS[MAPPED]["caption"]) if MAPPED in pictures else None,
         views=views,
         plotly=plotly() if views else "",
         figures=list(figures.values()),
         checks=rows(checked),
         captures=[press_of(one) for one in held],
-        frames_note=FRAMES_NOTE,
         others=others(summary) | {"figures": [hertz] if hertz else []},
         links=links_of(joints),
         programmes=list(PROGRAMMES),

@@ -4,7 +4,6 @@ import base64
 import json
 import re
 from itertools import count
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -12,7 +11,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markdown_it import MarkdownIt
 from markupsafe import Markup, escape
 
-TEMPLATES = Path(__file__).parent / "templates"
+from palpate.report import TEMPLATES
+
 NUMBER = re.compile(r"(-?\d+(\.\d+)?(e[+-]?\d+)?)?")
 TABLE = re.compile(r"<table>.*?</table>", re.DOTALL)
 HEAD, CELL = re.compile(r"<th[^>]*>(.*?)</th>"), re.compile(r"<td[^>]*>(.*?)</td>")

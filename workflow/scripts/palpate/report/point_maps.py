@@ -6,14 +6,11 @@ from typing import NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
-from palpate.modulus import Modulus
-from palpate.point_map import FEWEST_POINTS, StiffnessMap, own_stds, stiffness_map
+from palpate.point_map import FEWEST_POINTS, StiffnessMap, stiffness_map
 from palpate.report import style
 from palpate.report.estimate_rows import points_by_group
 from palpate.units import KILOPASCALS, MILLIMETRES, PERCENT
@@ -22,36 +19,24 @@ MAP = "cividis"
 LABELS = "effective E* (kPa)", "half-width of the interval (%)"
 # Height of a panel at most, and of what is below and above it.
 HIGHEST_IN, AROUND_IN = 3.2, 1.0
-# Light on faces that look to the side, as a part of that on those that face the reader.
-SIDE_LIGHT = 0.7
-CAPTION = (
-    "Effective E* over the object: at the indented points (marks), and what follows for the surface"
-    " between them; on the right the half-width of its 95 % interval. Colours go"
-    " from the lowest to the highest end of the points' intervals. Far from all points the map is"
-    " even because nothing was measured there, and its interval is wide."
-)
 
 
 class PointMap(NamedTuple):
-    """What one sensor's captures found at the points of an object: moduli by point, and the map."""
+    """What one sensor's captures found at points of an object, and the map where these suffice."""
 
     sensor: str
-    points: Mapping[str, tuple[Modulus, float]]
-    places_m: NDArray
+    points: Sequence[str]
     map: StiffnessMap | None
 
     def told(self) -> str:
         """One sentence."""
-        name, count = style.sensor_name(self.sensor), len(self.points)
-        if self.map is None:
-            points = f"{count} point{'s' * (count != 1)}"
-            return f"{name}: {points}, no map of stiffness; that takes {FEWEST_POINTS}."
-        return f"{name}, {count} points: {self.map.homogeneity}."
+        count = f"{len(self.points)} point{'s' * (len(self.points) != 1)}"
+        found = self.map.homogeneity if self.map else f"a map of stiffness takes {FEWEST_POINTS}"
+        return f"{style.sensor_name(self.sensor)}, {count}: {found}."
 
     def rows(self) -> list[dict[str, str]]:
         """A row for each point, of a map."""
-        moduli, parts = zip(*self.points.values(), strict=True)
-        found = zip(self.points, self.places_m, moduli, own_stds(moduli, parts), strict=True)
+        each = self.map.places_m, self.map.moduli, self.map.own_stds
         return [
             {
                 "point": name,
@@ -60,7 +45,7 @@ class PointMap(NamedTuple):
                 "not shared": f"{PERCENT * std:.1f} %",
                 "verdict": one.verdict,
             }
-            for name, place, one, std in found
+            for name, place, one, std in zip(self.points, *each, strict=True)
         ]
 
 
@@ -72,12 +57,12 @@ def point_maps(
 ) -> list[PointMap]:
     """Maps of an object by sensor, of its captures and their direct.json; places (3,) by point."""
     found = []
-    groups_points = points_by_group(captures, singles, groups)
-    for group, points in zip(groups, groups_points, strict=True):
-        places = np.array([places_m[name] for name in points]).reshape(-1, 3)
-        enough = len(points) >= FEWEST_POINTS
-        known = stiffness_map(places, *zip(*points.values(), strict=True)) if enough else None
-        found.append(PointMap(group["sensor"], points, places, known))
+    for group, points in zip(groups, points_by_group(captures, singles, groups), strict=True):
+        known = None
+        if len(points) >= FEWEST_POINTS:
+            places = [places_m[name] for name in points]
+            known = stiffness_map(places, *zip(*points.values(), strict=True))
+        found.append(PointMap(group["sensor"], list(points), known))
     return found
 
 
@@ -85,7 +70,7 @@ def map_picture(
     maps: Sequence[PointMap], vertices_m: NDArray, faces: NDArray, provenances: set[str]
 ) -> bytes:
     """PNG of a row for each sensor with a map, on a template seen from the side of the points."""
-    axes_of = [seen_along(one.places_m - vertices_m.mean(axis=0)) for one in maps]
+    axes_of = [seen_along(one.map.places_m - vertices_m.mean(axis=0)) for one in maps]
     # Differences within the intervals are not to stand out.
     values = Normalize(*(KILOPASCALS * end for end in ends_of(one.map for one in maps)))
     with style.journal():
@@ -100,7 +85,7 @@ def map_picture(
             fields = (KILOPASCALS * value, values), (half, of_half)
             for panel, (field, scale), label in zip(panels, fields, LABELS, strict=True):
                 _surface(panel, vertices_m @ axis, faces, field, scale)
-                _points(panel, one, one.places_m @ axis)
+                _points(panel, one, one.map.places_m @ axis)
                 bar = plt.cm.ScalarMappable(scale, MAP)
                 figure.colorbar(bar, ax=panel, label=label, location="bottom", aspect=35)
             panels[0].set_title(style.sensor_name(one.sensor))
@@ -131,16 +116,11 @@ def seen_along(outward: NDArray) -> NDArray:
 
 def _surface(axes: Axes, seen_m: NDArray, faces: NDArray, field: NDArray, scale: Normalize) -> None:
     """Draw what faces the reader, the farthest first, coloured by a field of its vertices."""
-    corners = MILLIMETRES * seen_m[faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    facing = normals[:, 2] / np.maximum(np.linalg.norm(normals, axis=1), 1e-12)
-    order = np.argsort(corners[:, :, 2].mean(axis=1))
-    order = order[facing[order] > 0]
-    colours = colormaps[MAP](scale(field[faces[order]].mean(axis=1)))
-    colours[:, :3] *= (SIDE_LIGHT + (1 - SIDE_LIGHT) * facing[order])[:, None]
-    drawn = PolyCollection(corners[order, :, :2], facecolors=colours, edgecolors=colours, lw=0.3)
-    axes.add_collection(drawn)
-    axes.autoscale_view()
+    seen = MILLIMETRES * seen_m
+    a, b, c = (seen[faces[:, k]] for k in range(3))
+    order = np.argsort((a + b + c)[:, 2])
+    order = order[np.cross(b - a, c - a)[order, 2] > 0]
+    axes.tripcolor(*seen[:, :2].T, faces[order], field, norm=scale, cmap=MAP)
     axes.set(aspect="equal", xlabel="mm")
 
 

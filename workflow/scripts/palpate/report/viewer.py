@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 from plotly.offline import get_plotlyjs
 
 from palpate.estimate.direct.result import CaptureFit
-from palpate.report.held import named
 from palpate.report.pages import title_of
 from palpate.report.point_maps import PointMap, ends_of
-from palpate.report.style import sensor_name
+from palpate.report.style import capture_name, sensor_name
 from palpate.surface.pose import to_object
 from palpate.surface.tracked import Tracked
 from palpate.units import KILOPASCALS, MILLIMETRES
@@ -76,7 +75,7 @@ def view(
     moved = np.linalg.norm(tracked.vertices_m[deepest] - tracked.vertices_m[0], axis=1)
     surface = _surface(places, tracked.faces, shown)
     return surface | {
-        "title": f"{title_of(capture['object'])}, {named(capture)}",
+        "title": f"{title_of(capture['object'])}, {capture_name(capture)}",
         "provenance": capture["provenance"],
         "frames": [_told(k, count, samples["force_n"][k], depth_m[k]) for k in shown.tolist()],
         "deepest_frame": int(np.flatnonzero(shown == deepest)[0]),
@@ -101,7 +100,7 @@ def map_view(one: PointMap, tracked: Tracked) -> dict:
     moduli = [(m.value, m.low, m.high) for m in one.map.moduli]
     fields = KILOPASCALS * np.column_stack([each, np.transpose(moduli)])
     surface = _surface(MILLIMETRES * vertices[None], tracked.faces, np.zeros(1, int))
-    outward = MILLIMETRES * one.places_m - surface["middle_mm"]
+    outward = MILLIMETRES * one.map.places_m - surface["middle_mm"]
     found = dict(zip(("value", "low", "high"), fields.round(DECIMALS).tolist(), strict=True))
     found["ends"] = [KILOPASCALS * end for end in ends_of([one.map])]
     found["names"] = list(one.points)
