@@ -35,8 +35,8 @@ MAPPED = "effective_reduced_modulus_pa"
 # that captures of one point share; all others are the same error at all points.
 OF_CAPTURE = (*OWN_SOURCES, "noise of", "zero of the force", "drift of the force", "captures apart")
 OF_POINT = ("curvature of the template", "indentation table", "rocking")
-# p-value from which on points are said not to differ.
-LIKELY_ALIKE = 1 - CONFIDENCE
+# p-value from which on points are said not to differ, and the least that is printed.
+LIKELY_ALIKE, LEAST_P = 1 - CONFIDENCE, 1e-4
 # Of intervals of a normal distribution, either way.
 REACH = float(ndtri((1 + CONFIDENCE) / 2))
 # Deviation of log E* over an object beforehand (half of a normal distribution), and its values and
@@ -68,7 +68,8 @@ class Homogeneity:
     deviation_high: float
 
     def __str__(self) -> str:
-        test = f"p = {self.p_value:.2g}; Q = {self.q:.1f}, {self.freedom} degrees of freedom"
+        p = f"p = {self.p_value:.2g}" if self.p_value >= LEAST_P else f"p < {LEAST_P:g}"
+        test = f"{p}; Q = {self.q:.1f}, {self.freedom} degrees of freedom"
         most = f"{PERCENT * self.deviation_high:.0f} %"
         if self.p_value >= LIKELY_ALIKE:
             return (

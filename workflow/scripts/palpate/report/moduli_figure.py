@@ -73,10 +73,9 @@ def moduli_figure(
     figure, axes = plt.subplots(len(rows), len(SCALES), figsize=size, **look)
     for panels, (name, lines) in zip(axes, rows.items(), strict=True):
         for panel, (quantity, scale) in zip(panels, SCALES.items(), strict=True):
-            draw_lines(panel, lines, quantity, scale)
+            draw_lines(panel, lines, quantity)
             if name in truths:
                 panel.axvline(scale * truths[name][quantity], **TRUTH)
-            panel.set_xlabel(LABELS[quantity] + " (kPa)" * quantity.endswith("_pa"))
         if len(rows) > 1:
             panels[0].set_title(name.replace("_", " "))
     if truths:
@@ -93,8 +92,10 @@ def _lines(sensor: str, singles: Sequence[tuple[str, Mapping]], joint: Mapping) 
     yield Line(name, joint, True)
 
 
-def draw_lines(panel: Axes, lines: Sequence[Line], quantity: str, scale: float) -> None:
+def draw_lines(panel: Axes, lines: Sequence[Line], quantity: str) -> None:
     """Draw a quantity's intervals and values; a symbol of what is not identified is hollow."""
+    scale = SCALES[quantity]
+    panel.set_xlabel(LABELS[quantity] + " (kPa)" * quantity.endswith("_pa"))
     for place, line in enumerate(lines):
         one = line.found[quantity]
         value, low, high = (scale * one[end] for end in ("value", "low", "high"))

@@ -18,7 +18,7 @@ from palpate.units import KILOPASCALS, MILLIMETRES, PERCENT
 MAP = "cividis"
 LABELS = "effective E* (kPa)", "half-width of the interval (%)"
 # Height of a panel at most, and of what is below and above it.
-HIGHEST_IN, AROUND_IN = 3.2, 1.0
+HIGHEST_IN, AROUND_IN = 3.2, 1.3
 
 
 class PointMap(NamedTuple):

@@ -4,9 +4,11 @@ import base64
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import trimesh
 from markupsafe import Markup
 from numpy.typing import NDArray
 from plotly.offline import get_plotlyjs
+from scipy.spatial.distance import cdist
 
 from palpate.estimate.direct.result import CaptureFit
 from palpate.report.pages import title_of
@@ -24,6 +26,8 @@ MOST_FRAMES = 24
 # distance from the middle outside of the surface, to be seen.
 MOST, OUTSIDE = 98.0, 0.01
 DECIMALS = 3
+# Marks of points stand above the surface by this part of its extent, so that it hides none of them.
+LIFTED = 0.02
 
 
 def plotly() -> Markup:
@@ -100,11 +104,13 @@ def map_view(one: PointMap, tracked: Tracked) -> dict:
     moduli = [(m.value, m.low, m.high) for m in one.map.moduli]
     fields = KILOPASCALS * np.column_stack([each, np.transpose(moduli)])
     surface = _surface(MILLIMETRES * vertices[None], tracked.faces, np.zeros(1, int))
-    outward = MILLIMETRES * one.map.places_m - surface["middle_mm"]
+    mesh = trimesh.Trimesh(vertices, tracked.faces, process=False)
+    outward = mesh.vertex_normals[cdist(one.map.places_m, vertices).argmin(axis=1)]
+    lifted = one.map.places_m + LIFTED * np.ptp(vertices, axis=0).max() * outward
     found = dict(zip(("value", "low", "high"), fields.round(DECIMALS).tolist(), strict=True))
     found["ends"] = [KILOPASCALS * end for end in ends_of([one.map])]
     found["names"] = list(one.points)
-    found["places"] = (surface["middle_mm"] + (1 + OUTSIDE) * outward).round(DECIMALS).tolist()
+    found["places"] = (MILLIMETRES * lifted).round(DECIMALS).tolist()
     return surface | {
         "title": f"Map of effective E*, {sensor_name(one.sensor)}",
         "frames": [one.told()],

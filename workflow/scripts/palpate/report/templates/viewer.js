@@ -69,7 +69,7 @@ function axis(title, range, share) {
 
 // Room for all frames, so that nothing jumps while frames go by, and so much more, as a part of the longest, that the
 // box' sides lie clear of flat surfaces and marks on them are inside.
-const ROOM = 0.02;
+const ROOM = 0.04;
 function extents(view) {
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   view.decoded.forEach((step, index) => {
