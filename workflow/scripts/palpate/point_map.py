@@ -116,6 +116,13 @@ class StiffnessMap:
     shared_std : float
         And the one that they do.
     homogeneity : Homogeneity
+
+    Examples
+    --------
+    >>> moduli = [Modulus(E, 0.9 * E, E / 0.9, "identified", "Pa") for E in (24e3, 25e3, 26e3)]
+    >>> found = stiffness_map(0.03 * np.eye(3), moduli)
+    >>> str(found)[:59]
+    '3 points: the points do not differ beyond their uncertainty'
     """
 
     places_m: NDArray
@@ -224,6 +231,13 @@ def own_part(budget: Sequence[Mapping]) -> float:
     """Part of the variance of the effective E* that other points do not share.
 
     Of an estimate's uncertainty budget: ``found.budget.rows()``, or of its direct.json.
+
+    Examples
+    --------
+    >>> part = "contribution_log_effective_reduced_modulus"
+    >>> sources = {"noise of the depth": 0.03, "scale of the force": 0.04}
+    >>> round(own_part([{"source": name, part: std} for name, std in sources.items()]), 2)
+    0.36
     """
     capture, point, _ = _parts(budget)
     return capture + point
