@@ -86,7 +86,7 @@ def test_what_points_share_is_in_the_interval_but_not_in_the_test():
     [
         (PLACES_M[:2], 2, 1.0, "moduli: expected 3 points or more, found 2"),
         (PLACES_M[:4], 3, 1.0, r"places_m: expected \(3, 3\) finite, found \(4, 3\)"),
-        (PLACES_M[[0, 1, 1]], 3, 1.0, "places_m: expected places apart, found one twice"),
+        (PLACES_M[[1, 1, 1]], 3, 1.0, "places_m: expected places apart, found one for all"),
         (PLACES_M[:3], 3, [1.0, 0.0, 1.0], "own_parts: expected above 0 and at most 1"),
     ],
 )

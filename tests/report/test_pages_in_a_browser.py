@@ -13,8 +13,8 @@ from browser import TELEPHONE, WIDTHS, missing, shown, wide
 from palpate.report.budget_bars import SOURCES
 from palpate.report.held import Held
 from palpate.report.objects_page import moduli_of, objects_page
-from palpate.report.own_figures import OWN_FIGURES
-from palpate.report.own_page import MAPPED, own_page
+from palpate.report.own_figures import MAPPED, OWN_FIGURES
+from palpate.report.own_page import own_page
 from palpate.report.point_maps import map_picture, point_maps
 from palpate.report.press_pictures import FOUND, Glimpse
 from palpate.report.settings_words import checksums

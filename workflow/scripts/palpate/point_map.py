@@ -139,7 +139,7 @@ class StiffnessMap:
         away = cdist(np.asarray(places_m, dtype=float), self.places_m)
         mean, square = np.zeros((2, len(away)))
         apart, logs = pdist(self.places_m), np.log([one.value for one in self.moduli])
-        lengths = np.geomspace(apart.min() / 2, 2 * apart.max(), LENGTHS)
+        lengths = np.geomspace(apart[apart > 0].min() / 2, 2 * apart.max(), LENGTHS)
         each = [_Process(self.places_m, logs, self.own_stds, length) for length in lengths]
         most = max(one.log_likely.max() for one in each)
         whole = sum(np.exp(one.log_likely - most).sum() for one in each)
@@ -178,7 +178,7 @@ def stiffness_map(
     Raises
     ------
     ValueError
-        If there are fewer than three points or two at one place, or a number is out of range.
+        If there are fewer than three points or all at one place, or a number is out of range.
 
     Examples
     --------
@@ -198,8 +198,8 @@ def stiffness_map(
         raise ValueError(f"moduli: expected {FEWEST_POINTS} points or more, found {count}")
     if places.shape != (count, 3) or not np.isfinite(places).all():
         raise ValueError(f"places_m: expected ({count}, 3) finite, found {places.shape}")
-    if pdist(places).min() == 0:
-        raise ValueError("places_m: expected places apart, found one twice")
+    if pdist(places).max() == 0:
+        raise ValueError("places_m: expected places apart, found one for all")
     parts = np.broadcast_to(np.asarray(own_parts, dtype=float), count)
     if not np.all((parts > 0) & (parts <= 1)):
         raise ValueError(f"own_parts: expected above 0 and at most 1, found {parts.tolist()}")

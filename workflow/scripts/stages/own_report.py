@@ -15,8 +15,8 @@ from palpate.json_fields import read_all, read_by_folder
 from palpate.plan import as_recorded, narrowed
 from palpate.report.estimate_rows import compared
 from palpate.report.held import Held
-from palpate.report.own_figures import OWN_FIGURES
-from palpate.report.own_page import MAPPED, own_page
+from palpate.report.own_figures import MAPPED, OWN_FIGURES
+from palpate.report.own_page import own_page
 from palpate.report.point_maps import map_picture, point_maps
 from palpate.report.press_pictures import Frames, glimpses
 from palpate.report.settings_words import as_yaml, checksums, rests_on

@@ -53,7 +53,8 @@ def _tracked(own: OwnObjects) -> dict:
     }
 
 
-HERTZ = "hertz_fit"
+# Of a figure that stands elsewhere on the page, and of one that is on it alone.
+HERTZ, MAPPED = "hertz_fit", "map"
 OWN_FIGURES = (
     OwnFigure(
         "moduli",

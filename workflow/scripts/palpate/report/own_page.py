@@ -13,14 +13,12 @@ from palpate.report.held import Held, checks_of, press_of, recording, rows
 from palpate.report.material import names_of
 from palpate.report.material_cards import PROGRAMMES
 from palpate.report.other_methods import others
-from palpate.report.own_figures import HERTZ, OWN_FIGURES, TEXTS
+from palpate.report.own_figures import HERTZ, MAPPED, OWN_FIGURES, TEXTS
 from palpate.report.pages import rendered, title_of
 from palpate.report.point_maps import PointMap
 from palpate.report.press_pictures import Glimpse
 from palpate.report.style import sensor_name
 from palpate.report.viewer import plotly
-
-MAPPED = "map"
 
 
 def own_page(

@@ -1,6 +1,6 @@
 """Stiffness over an object as its page shows it: by point, in words, and as a picture."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from io import BytesIO
 from typing import NamedTuple
 
@@ -72,7 +72,8 @@ def map_picture(
     """PNG of a row for each sensor with a map, on a template seen from the side of the points."""
     axes_of = [seen_along(one.map.places_m - vertices_m.mean(axis=0)) for one in maps]
     # Differences within the intervals are not to stand out.
-    values = Normalize(*(KILOPASCALS * end for end in ends_of(one.map for one in maps)))
+    ends = [KILOPASCALS * end for one in maps for m in one.map.moduli for end in (m.low, m.high)]
+    values = Normalize(min(ends), max(ends))
     with style.journal():
         wide, high = np.max([np.ptp(vertices_m @ axis, axis=0)[:2] for axis in axes_of], axis=0)
         row_in = min(style.COLUMN_IN * high / wide, HIGHEST_IN) + AROUND_IN
@@ -95,12 +96,6 @@ def map_picture(
         figure.savefig(content, format="png", metadata={"Software": None})
         plt.close(figure)
     return content.getvalue()
-
-
-def ends_of(maps: Iterable[StiffnessMap]) -> tuple[float, float]:
-    """Least and greatest end of all points' intervals [Pa]: of a colour scale."""
-    moduli = [one for each in maps for one in each.moduli]
-    return min(one.low for one in moduli), max(one.high for one in moduli)
 
 
 def seen_along(outward: NDArray) -> NDArray:

@@ -12,7 +12,7 @@ from scipy.spatial.distance import cdist
 
 from palpate.estimate.direct.result import CaptureFit
 from palpate.report.pages import title_of
-from palpate.report.point_maps import PointMap, ends_of
+from palpate.report.point_maps import PointMap
 from palpate.report.style import capture_name, sensor_name
 from palpate.surface.pose import to_object
 from palpate.surface.tracked import Tracked
@@ -107,17 +107,16 @@ def map_view(one: PointMap, tracked: Tracked) -> dict:
     mesh = trimesh.Trimesh(vertices, tracked.faces, process=False)
     outward = mesh.vertex_normals[cdist(one.map.places_m, vertices).argmin(axis=1)]
     lifted = one.map.places_m + LIFTED * np.ptp(vertices, axis=0).max() * outward
-    found = dict(zip(("value", "low", "high"), fields.round(DECIMALS).tolist(), strict=True))
-    found["ends"] = [KILOPASCALS * end for end in ends_of([one.map])]
-    found["names"] = list(one.points)
-    found["places"] = (MILLIMETRES * lifted).round(DECIMALS).tolist()
+    ends = fields[1, len(vertices) :].min(), fields[2, len(vertices) :].max()
     return surface | {
         "title": f"Map of effective E*, {sensor_name(one.sensor)}",
         "frames": [one.told()],
         "deepest_frame": 0,
         "from_rad": _azimuth(tracked),
         "samples": None,
-        "map": found,
+        "map": dict(zip(("value", "low", "high"), fields.round(DECIMALS).tolist(), strict=True))
+        | {"ends": ends, "names": list(one.points)}
+        | {"places": (MILLIMETRES * lifted).round(DECIMALS).tolist()},
     }
 
 

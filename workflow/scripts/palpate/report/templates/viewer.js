@@ -122,7 +122,7 @@ function mapped(view) {
     { type: "mesh3d", ...frameOf(view, 0), i, j, k, ...LIGHT, ...look, ...scale, intensity: field.slice(0, count),
       text: text.slice(0, count), colorbar: bar(half ? "Half-width of the interval (%)" : "Effective E* (kPa)") },
     { type: "scatter3d", mode: "markers", x, y, z, text: text.slice(count), ...look,
-      marker: { size: 9, line: { width: 2, color: "#fff" }, ...colour } },
+      marker: { size: Math.max(4, scene.clientWidth / 130), line: { width: 2, color: "#fff" }, ...colour } },
   ];
 }
 
