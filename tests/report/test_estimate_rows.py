@@ -31,6 +31,9 @@ def estimate(E, nu, half):
         "doubts": [],
         "information": {name: {"bound": 0.02, "efficiency": 0.5} for name in LABELS},
         "residuals": [residual],
+        "budget": [
+            {"source": "noise of the depth", "contribution_log_effective_reduced_modulus": 0.02}
+        ],
     }
 
 
@@ -99,3 +102,18 @@ def test_a_capture_that_all_together_exclude():
     rows = direct_rows(captures, singles, [GROUP], [estimate(20500.0, 0.3, 1000.0)])
     assert rows["doubts"].notna().tolist() == [False] * 3 + [True] * 3
     assert rows["youngs_modulus_verdict"].tolist() == ["identified"] * 5 + ["bounded"]
+
+
+def test_whether_points_differ_is_in_the_summary_of_three_or_more():
+    captures = [CAPTURE | {"capture": name, "point": name} for name in ("01", "02", "03")]
+    joint, last = [estimate(20500.0, 0.3, 1000.0)], []
+    for E in (20e3, 30e3):
+        singles = [estimate(20e3, 0.3, 1000.0), estimate(20.2e3, 0.3, 1000.0)]
+        rows = direct_rows(captures, [*singles, estimate(E, 0.3, 1000.0)], [GROUP], joint)
+        assert rows["points"].isna().tolist() == [True] * 3 + [False]
+        last.append(rows.iloc[-1])
+    alike, apart = last
+    assert alike["points"] == 3 and alike["homogeneity_p"] > 0.5 > 1e-3 > apart["homogeneity_p"]
+    assert alike["heterogeneity_percent"] == 0 and 15 < apart["heterogeneity_percent"] < 35
+    two = direct_rows(captures[:2], singles, [GROUP], joint).iloc[-1]
+    assert two["points"] == 2 and "homogeneity_p" not in two

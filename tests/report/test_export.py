@@ -199,7 +199,7 @@ def test_an_object_or_a_place_that_is_not_there_is_named(here, rejected):
 
 UNKNOWN = [
     ({"youngs_modulus_pa": interval(25e3, 2e3, 90e3, "not identified")},
-     "youngs_modulus_pa: expected one that the captures tell, found 25.0 kPa (2.0 to 90.0),"
+     "youngs_modulus_pa: expected one that is determined, found 25.0 kPa (2.0 to 90.0),"
      " not identified"),
     ({"poisson_ratio": interval(0.3, 0.0, 0.49, "not identified", "1")},
      "found 0.30 (0.00 to 0.49), not identified"),

@@ -12,6 +12,8 @@ from palpate.report.held import Held
 from palpate.report.other_methods import others
 from palpate.report.own_page import own_page
 from palpate.report.own_words import law
+from palpate.report.point_maps import point_maps
+from test_estimate_rows import estimate
 
 KNOWN = {
     "youngs_modulus_pa": Modulus(38120.0, 35000.0, 41049.0, "identified", "Pa"),
@@ -67,9 +69,11 @@ def held(poses=POSES, **changes):
     return Held(capture, FIT, DIRECT | changes, poses, DEPTH, np.arange(1, 3))
 
 
-def page(at_bound=False, captures=None, **changes):
+def page(at_bound=False, captures=None, maps=(), **changes):
     rows = pd.DataFrame([HERTZ, SEARCHED | {"at_bound": at_bound}, ADVISED | changes])
-    return own_page("toy", rows, captures or [held()], joints={"my_cam": JOINT}, **NOTHING)
+    return own_page(
+        "toy", rows, captures or [held()], joints={"my_cam": JOINT}, maps=maps, **NOTHING
+    )
 
 
 class Words(HTMLParser):
@@ -105,8 +109,8 @@ def test_the_first_screen_has_numbers_verdicts_and_what_limits_them():
     assert "0.38 (0.20 to 0.49) bounded" in found.first
     assert "depths of 5.6 to 5.6 mm and times up to 3.0 s." in found.first
     assert "All 6 checks of one capture passed." in found.first
-    assert "(100 % of effective E*, 100 % of E at once, 100 % of nu)." in found.first
-    assert "E after 1 s 35.0 kPa 34.0 to 36.0 identified" in found.text
+    assert "(100 % of effective E*, 100 % of instantaneous E, 100 % of nu)." in found.first
+    assert "E at 1 s 35.0 kPa 34.0 to 36.0 identified" in found.text
     assert "G 13.8 kPa" in found.text and "K 35.0 kPa or more" in found.text
     assert "mean strain of 18 %, 2.8 mm deep" in found.text
     assert "0 s after the touch (18 % per second) and at maximum depth after 2.0 s" in found.text
@@ -189,6 +193,20 @@ def test_how_far_other_methods_are_from_the_recommended_estimate():
     bound = SEARCHED | {"at_bound": True}
     assert "by -8 % in E*" in others(pd.DataFrame([HERTZ, bound, ADVISED]))["why"]
     assert others(pd.DataFrame([ADVISED]))["why"] == ""
+
+
+def test_a_map_takes_three_points():
+    places = {name: np.array([0.01 * k, 0.0, 0.0]) for k, name in enumerate("123")}
+    captures = [{"object": "toy", "sensor": "my_cam", "point": name} for name in places]
+    group, singles = (
+        {"object": "toy", "sensor": "my_cam"},
+        [estimate(E, 0.3, 2e3) for E in (2e4, 3e4, 2e4)],
+    )
+    found = [point_maps(captures[:k], singles[:k], [group], places) for k in (2, 3)]
+    two, three = (Words(page(maps=maps)).text for maps in found)
+    assert "my_cam, 2 points: a map of stiffness takes 3." in two and "by point" not in two
+    assert "my_cam, 3 points: the points differ by more than their uncertainty (p < 0.0001" in three
+    assert "2 10, 0, 0 33.0 kPa (31.0 to 35.0) 3.1 % identified" in three
 
 
 def test_a_summary_without_a_recommended_row():

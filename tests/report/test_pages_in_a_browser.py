@@ -13,11 +13,13 @@ from browser import TELEPHONE, WIDTHS, missing, shown, wide
 from palpate.report.budget_bars import SOURCES
 from palpate.report.held import Held
 from palpate.report.objects_page import moduli_of, objects_page
-from palpate.report.own_figures import OWN_FIGURES
+from palpate.report.own_figures import MAPPED, OWN_FIGURES
 from palpate.report.own_page import own_page
+from palpate.report.point_maps import map_picture, point_maps
 from palpate.report.press_pictures import FOUND, Glimpse
 from palpate.report.settings_words import checksums
-from palpate.report.viewer import view
+from palpate.report.viewer import map_view, view
+from test_estimate_rows import estimate
 from test_figures import capture_fit
 from test_objects_page import CAPTURE, row, tracked
 from test_objects_page import FIT as HERTZ
@@ -93,6 +95,14 @@ def picture(width, height, end):
     return cv2.imencode(end, cv2.circle(image, (width // 2, height // 2), 90, (90, 40, 10)))[1]
 
 
+def maps():
+    """Three points of the ball, one of them stiffer by far."""
+    places = {name: 0.04 * np.array(axis) for name, axis in zip("123", -np.eye(3), strict=True)}
+    captures = [CAPTURE | {"sensor": SENSORS[0], "point": name} for name in places]
+    singles = [estimate(E, 0.3, 500.0) for E in (20e3, 60e3, 20e3)]
+    return point_maps(captures, singles, [CAPTURE | {"sensor": SENSORS[0]}], places)
+
+
 @pytest.fixture(scope="module")
 def own_html():
     """A page of two sensors, with all sources of a budget."""
@@ -106,13 +116,16 @@ def own_html():
             for sensor in SENSORS
             for at in range(CAPTURES)
         ],
-        pictures={one.name: picture(2160, 1300, ".png").tobytes() for one in OWN_FIGURES},
+        pictures={one.name: picture(2160, 1300, ".png").tobytes() for one in OWN_FIGURES}
+        | {MAPPED: map_picture(maps(), ball()[0].template_m, ball()[0].faces, {"simulated"})},
         glimpses=[Glimpse(jpeg, f"my_cam 1, frame {k} of 40, 1.20 N", FOUND) for k in range(12)],
         joints={sensor: JOINT | {"budget": budget} for sensor in SENSORS},
         settings=[{"setting": "probe", "value": "pen: sphere of radius 4 mm"}],
         checksums=checksums({f"file {k}": __file__ for k in range(8)}),
         files={"object": "a: 1"},
-        views=[view(CAPTURE | {"sensor": sensor}, *ball()) for sensor in SENSORS],
+        views=[view(CAPTURE | {"sensor": sensor}, *ball()) for sensor in SENSORS]
+        + [map_view(one, ball()[0]) for one in maps()],
+        maps=maps(),
     )
 
 
@@ -173,6 +186,18 @@ def test_measured_and_computed_displacements_have_their_colours_and_turn_by_keys
     own.press("#frame", RIGHT)
     assert own.run(TOLD) == "3 of 3: 1.00 N, 2.0 mm deep"
     assert own.errors() == []
+
+
+def test_a_map_has_the_colours_of_stiffness_and_no_frames(own):
+    stiff, soft = (60, 200, 240), (110, 50, 15)
+    own.run("document.querySelector('[name=capture][value=\"2\"]').click()")
+    found = seen(own)
+    assert min(share_of(found, stiff), share_of(found, soft)) > 1e-3
+    assert "3 points: the points differ" in own.run(TOLD)
+    hidden = "return document.querySelector('#frame').checkVisibility()"
+    assert not own.run(hidden)
+    own.run("document.querySelector('[name=capture]').click()")
+    assert own.run(hidden) and own.errors() == []
 
 
 def test_an_own_page_fits_a_telephone_four_sheets_and_eight_megabytes(own, own_html):

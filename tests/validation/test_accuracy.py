@@ -82,7 +82,7 @@ def test_accuracy_as_people_read_it_has_value_interval_truth_and_whether_it_hold
     text = accuracy_text(table, {"foam": MATERIAL})
     lines = [line.split(" | ") for line in text.splitlines() if line.startswith("| ")]
     truth, joint, direct, hertz = (dict(zip(lines[0], line, strict=True)) for line in lines[1:])
-    E = "E at once (kPa)"
+    E = "instantaneous E (kPa)"
     assert truth[E] == "20.0" and truth["nu"] == "0.30"
     assert joint[E] == "20.5 (19.5 to 21.5) ✓" and "| **direct joint**" in joint.values()
     assert direct[E] == "22.0 (21.0 to 23.0) ✗" and direct["nu"] == "0.40 (0.35 to 0.45) ✗"

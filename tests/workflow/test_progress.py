@@ -176,11 +176,11 @@ def test_closing_gives_the_recommended_moduli_first_with_intervals_and_verdicts(
     assert lines[0].endswith(": objects.html, report.html, summary.csv, tables/")
     place = lines.index("ball, kinect (simulated: captures of the virtual lab)")
     assert lines[place + 1 : place + 7] == [
-        "  effective E*  310.0 kPa (279.0 to 341.0), identified",
-        "  E at once     250.0 kPa (225.0 to 275.0), identified",
-        "  E after 1 s   225.0 kPa (202.5 to 247.5), identified",
-        "  nu            0.40 (0.25 to 0.49), bounded",
-        "  E*            298.0 kPa (268.2 to 327.8), identified",
+        "  effective E*    310.0 kPa (279.0 to 341.0), identified",
+        "  instantaneous E 250.0 kPa (225.0 to 275.0), identified",
+        "  E at 1 s        225.0 kPa (202.5 to 247.5), identified",
+        "  nu              0.40 (0.25 to 0.49), bounded",
+        "  E*              298.0 kPa (268.2 to 327.8), identified",
         "  from 3 captures",
     ]
     assert f"bounded: {VERDICTS['bounded']}." in lines

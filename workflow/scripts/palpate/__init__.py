@@ -27,6 +27,9 @@ _NAMES = {
     "lame_from_engineering": "palpate.solid.laws",
     "engineering_from_lame": "palpate.solid.laws",
     "reduced_modulus": "palpate.solid.laws",
+    "StiffnessMap": "palpate.point_map",
+    "stiffness_map": "palpate.point_map",
+    "own_part": "palpate.point_map",
 }
 _MODULES = ("hertz", "direct", "noise", "plan")
 __all__ = ["__version__", *_NAMES, *_MODULES]

@@ -1,4 +1,4 @@
-"""A modulus as it is told: value, 95 % interval and verdict; which words verdicts have."""
+"""A modulus: value, 95 % interval and verdict; which words verdicts have."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,19 +11,19 @@ IDENTIFIED, BOUNDED, NOT_IDENTIFIED = "identified", "bounded", "not identified"
 INTERVAL, NOT_JUDGED, ASSUMED = "interval", "not judged", "assumed"
 # All verdicts, the best first, and what they say.
 VERDICTS = {
-    IDENTIFIED: "the captures tell it",
+    IDENTIFIED: "the captures determine it",
     BOUNDED: "the captures leave a wide interval, or one end of it open: trust the interval, not"
     " the value; where a warning speaks against the estimate, trust neither",
-    NOT_IDENTIFIED: "the captures do not tell it: any value of the range explains them",
+    NOT_IDENTIFIED: "the captures do not determine it: any value of the range explains them",
     INTERVAL: "it has an interval; whether that is narrow is not judged",
     NOT_JUDGED: "no interval can be given or trusted: a number to compare, not to rely on",
-    ASSUMED: "as it was declared: what was recorded tells hardly more",
+    ASSUMED: "as it was declared: what was recorded determines hardly more",
 }
 # Moduli of a recommended estimate, what depends least on models and extrapolation first.
 LABELS = {
     "effective_reduced_modulus_pa": "effective E*",
-    "youngs_modulus_pa": "E at once",
-    "youngs_modulus_1s_pa": "E after 1 s",
+    "youngs_modulus_pa": "instantaneous E",
+    "youngs_modulus_1s_pa": "E at 1 s",
     "poisson_ratio": "nu",
     "reduced_modulus_pa": "E*",
 }

@@ -14,12 +14,14 @@ from palpate.estimate.direct.result import load_fitted
 from palpate.json_fields import read_all, read_by_folder
 from palpate.plan import as_recorded, narrowed
 from palpate.report.estimate_rows import compared
-from palpate.report.held import Held, named
-from palpate.report.own_figures import OWN_FIGURES
+from palpate.report.held import Held
+from palpate.report.own_figures import MAPPED, OWN_FIGURES
 from palpate.report.own_page import own_page
+from palpate.report.point_maps import map_picture, point_maps
 from palpate.report.press_pictures import Frames, glimpses
 from palpate.report.settings_words import as_yaml, checksums, rests_on
-from palpate.report.viewer import view
+from palpate.report.style import capture_name
+from palpate.report.viewer import map_view, view
 from palpate.solid.indentation_table import load_indentation
 from palpate.surface.alignment import load_alignment
 from palpate.surface.tracked import load_tracked
@@ -40,56 +42,61 @@ def main(snakemake):
     found = read_all(inputs.fits), read_all(inputs.direct), map(read_table, inputs.poses)
     fitted = [one.tip_depth_m for one in mine], [one.frames for one in mine]
     held = [Held(*of_one) for of_one in zip(params.captures, *found, *fitted, strict=True)]
-    known = {named(one.capture): one for one in held}
-    firsts = [known[named(capture)] for capture in params.first]
+    known = {capture_name(one.capture): one for one in held}
+    firsts = [known[capture_name(capture)] for capture in params.first]
     direct = [one.direct for one in held]
     joints = compared(params.captures, direct, params.groups, read_all(inputs.joint))[1]
     spec, _ = read_declared(inputs.object)
     files = {"object": spec, "probe": params.probe, "direct.fit": params.options}
     summary = pd.read_csv(inputs.summary, dtype={"capture": str, "point": str})
+    tables = dict(zip(params.points, map(load_indentation, inputs.tables), strict=True))
+    places = {point: table.point_m for point, table in tables.items()}
+    maps = point_maps(params.captures, direct, params.groups, places)
+    pictures = {one.name: Path(inputs[one.name]).read_bytes() for one in OWN_FIGURES}
     with naming(inputs.summary):
         text = own_page(
             snakemake.wildcards.object,
             summary,
             held,
-            pictures={one.name: Path(inputs[one.name]).read_bytes() for one in OWN_FIGURES},
+            pictures=pictures | picture_of_maps(inputs, maps, params.captures),
             glimpses=list(pictures_of(inputs, params.sensors, firsts)),
             joints={g["sensor"]: one for g, one in zip(params.groups, joints, strict=True)},
-            settings=settings_of(inputs, params, spec, held),
+            settings=settings_of(inputs, params, spec, held, tables),
             checksums=checksums(files_of(inputs, params)),
             files={name: as_yaml(content) for name, content in files.items()},
-            views=list(views_of(inputs.tracked, firsts, fits)),
-            narrowed=dict(narrowed_of(inputs, params)),
+            views=list(views_of(inputs.tracked, firsts, fits, maps)),
+            narrowed=dict(narrowed_of(inputs, params, tables)),
+            maps=maps,
         )
     write_text(snakemake.output.page, text)
 
 
-def settings_of(inputs, params, spec, held):
+def settings_of(inputs, params, spec, held, tables):
     """What the estimates were made with, as rows."""
     (quality,) = read_all([inputs.quality])
-    tables = dict(zip(params.points, map(load_indentation, inputs.tables), strict=True))
     return rests_on(spec, params.probe, quality, params.sensors, held, tables, params.version)
 
 
 def files_of(inputs, params):
     """Files and folders whose checksums are on the page, by what they are called there."""
-    captures = {named(one): path for one, path in zip(params.captures, inputs.folders, strict=True)}
+    captures = {
+        capture_name(one): path for one, path in zip(params.captures, inputs.folders, strict=True)
+    }
     joints = zip(params.groups, inputs.joint, strict=True)
     estimates = {f"direct.json of {group['sensor']}": path for group, path in joints}
     found = {Path(inputs[name]).name: inputs[name] for name in ("object", "solid", "summary")}
     return found | estimates | captures
 
 
-def narrowed_of(inputs, params):
+def narrowed_of(inputs, params, tables):
     """By sensor, what would narrow its intervals."""
     _, support, template = read_object(inputs)
-    tables = dict(zip(params.points, inputs.tables, strict=True))
     joints = dict(zip((g["sensor"] for g in params.groups), read_all(inputs.joint), strict=True))
     files = inputs.paths, inputs.motions, inputs.alignments
     for capture, sensor, path, motion, pose in zip(
         params.first, params.sensors, *files, strict=True
     ):
-        table, found = load_indentation(tables[capture["point"]]), joints[capture["sensor"]]
+        table, found = tables[capture["point"]], joints[capture["sensor"]]
         rig = table, template, support, sensor, params.probe
         known = {"path": read_table(path), "motion": load_motion(motion)}
         known |= {"alignment": load_alignment(pose), "found": found}
@@ -100,12 +107,25 @@ def narrowed_of(inputs, params):
             logging.warning("%s: no forecast of other recordings: %s", capture["sensor"], error)
 
 
-def views_of(paths, firsts, fits):
-    """The surface of the first capture with each sensor, with what was measured and computed."""
+def views_of(paths, firsts, fits, maps):
+    """The surface of the first capture with each sensor, measured and computed; then the maps."""
+    mapped, views = {one.sensor: one for one in maps if one.map}, []
     for one, path in zip(firsts, paths, strict=True):
-        fit = fits[one.capture["sensor"]][one.capture["capture"]]
+        sensor = one.capture["sensor"]
         with naming(path):
-            yield view(one.capture, load_tracked(path), one.fit, fit)
+            tracked = load_tracked(path)
+            yield view(one.capture, tracked, one.fit, fits[sensor][one.capture["capture"]])
+        views += [map_view(mapped[sensor], tracked)] if sensor in mapped else []
+    yield from views
+
+
+def picture_of_maps(inputs, maps, captures):
+    """The picture of those sensors that have a map, if any has."""
+    if not (mapped := [one for one in maps if one.map]):
+        return {}
+    template = read_object(inputs)[2]
+    provenances = {capture["provenance"] for capture in captures}
+    return {MAPPED: map_picture(mapped, template.vertices_m, template.faces, provenances)}
 
 
 def pictures_of(inputs, sensors, firsts):
@@ -123,7 +143,7 @@ def pictures_of(inputs, sensors, firsts):
         seen = Stream(recorded, sensor), load_masks(next(masks)), tips, axes, read_clouds(cloud)
         camera, force_n = camera_from_spec(sensor["color"]), np.array(one.fit["samples"]["force_n"])
         frames = Frames(*seen, camera, force_n)
-        yield from glimpses(frames, one.deepest, named(one.capture))
+        yield from glimpses(frames, one.deepest, capture_name(one.capture))
 
 
 run(main, snakemake)

@@ -9,10 +9,8 @@ import numpy as np
 import trimesh
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
 from matplotlib.patches import Polygon
 from matplotlib.patheffects import Normal, Stroke
-from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 from numpy.typing import NDArray
 from palpate.report import style
 from palpate.report.panels import named
@@ -186,17 +184,6 @@ def leader(
     line = {"arrowstyle": "-", "lw": 0.7, "shrinkA": 1, "shrinkB": 0, "relpos": (at[ha], at[va])}
     axes.annotate(text, place, end, arrowprops=line, fontsize=TEXT_PT, ha=ha, va=va, zorder=4)
     axes.plot(*place, "o", color=style.BLACK, mec="white", mew=0.6, ms=3.4, zorder=5)
-
-
-def scale_bar(axes: Axes, length: float, text: str, *, loc: str = "lower left", **where) -> None:
-    """Bar of a length of the panel's unit with its text below."""
-    look = {"frameon": False, "pad": 0.1, "sep": 2, "color": style.BLACK}
-    left, right = axes.get_xlim()
-    look |= {
-        "size_vertical": 0.005 * (right - left),
-        "fontproperties": FontProperties(size=TEXT_PT),
-    }
-    axes.add_artist(AnchoredSizeBar(axes.transData, length, text, loc, **look | where))
 
 
 def matrix(

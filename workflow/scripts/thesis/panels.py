@@ -8,15 +8,17 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgb
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
+from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 from numpy.typing import NDArray
-from palpate.report.style import BLACK, PAGE_IN, SMALL
+from palpate.report.style import BLACK, PAGE_IN
 
 from thesis.views import View, render_surface
 
 # Light where nothing moves, so that shading shows; darker with every step for all readers.
 MAP = LinearSegmentedColormap.from_list("moved", ["#D3DEE8", "#F2C48D", "#D55E00", "#7A1F0A"])
-OUTLINE_PX = 500
+OUTLINE_PX, BAR_PT = 500, 7.5
 
 
 def surface_panel(
@@ -55,15 +57,15 @@ def space(axes: Axes, frame_mm: NDArray) -> None:
     axes.set_axis_off()
 
 
-def scale_bar(axes: Axes, length_mm: float, frame_mm: NDArray, *, at: float = 0.03) -> None:
-    """Bar of a length in the plane of the picture, at its lower left."""
-    left, right, bottom, top = frame_mm
-    x, y = left + at * (right - left), bottom + 0.02 * (top - bottom)
-    axes.plot([x, x + length_mm], [y, y], color=BLACK, lw=1.6, solid_capstyle="butt", zorder=5)
-    text = f"{length_mm:g} mm"
-    place = (x + length_mm / 2, y)
-    look = {"ha": "center", "va": "bottom", "fontsize": SMALL, "zorder": 5}
-    axes.annotate(text, place, (0, 2), textcoords="offset points", **look)
+def scale_bar(
+    axes: Axes, length: float, text: str = "", *, loc: str = "lower left", **where
+) -> None:
+    """Bar of a length of the panel's unit with its text below, by default as millimetres."""
+    look = {"frameon": False, "pad": 0.1, "sep": 2, "color": BLACK}
+    look |= {"size_vertical": 0.005 * np.ptp(axes.get_xlim())}
+    look |= {"fontproperties": FontProperties(size=BAR_PT)}
+    text = text or f"{length:g} mm"
+    axes.add_artist(AnchoredSizeBar(axes.transData, length, text, loc, **look | where))
 
 
 def coloured(values: NDArray, top: float) -> NDArray:

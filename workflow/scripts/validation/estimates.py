@@ -20,7 +20,7 @@ NOTES = (
     "Errors of moduli are relative, those of Poisson's ratio absolute; intervals are at 95 %.",
 )
 PAGE_NOTES = (
-    "Moduli in kPa, with 95 % intervals: ✓ holds the truth, ✗ does not. E at once is the"
+    "Moduli in kPa, with 95 % intervals: ✓ holds the truth, ✗ does not. Instantaneous E is the"
     " instantaneous modulus. Bold is the recommended estimate. All columns are in accuracy.csv.",
     "All captures are simulated: they come from the virtual lab, not from recordings.",
     tables.AT_BOUND_NOTE,

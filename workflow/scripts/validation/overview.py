@@ -6,7 +6,7 @@ from typing import Any
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 from palpate.json_fields import read_all, read_by_folder
-from palpate.report.moduli_figure import QUANTITIES, Line, draw_lines
+from palpate.report.moduli_figure import SCALES, Line, draw_lines
 from palpate.report.panels import photo_panel
 from palpate.report.style import BLACK, PAGE_IN, finished, sensor_name
 from palpate.report.surface_figures import TrackedView, read_view, section_panel
@@ -57,11 +57,9 @@ def overview(
     found = zip(groups, joints, strict=True)
     lines = [Line(sensor_name(group["sensor"]), joint, True) for group, joint in found]
     for row, quantity in enumerate(SHOWN):
-        label, scale = QUANTITIES[quantity]
         panel = figure.add_subplot(grid[row, 2])
-        draw_lines(panel, lines, quantity, scale)
-        panel.axvline(truth[quantity] * scale, color=BLACK, lw=0.8, ls="--", zorder=0)
-        panel.set_xlabel(label)
+        draw_lines(panel, lines, quantity)
+        panel.axvline(truth[quantity] * SCALES[quantity], color=BLACK, lw=0.8, ls="--", zorder=0)
         if row == 0:
             panel.set_title("Moduli")
     return finished(figure, {capture["provenance"]})

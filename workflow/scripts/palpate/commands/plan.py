@@ -15,7 +15,7 @@ from palpate.capture.files import whole_file
 from palpate.commands.help import add_verb, check_figure, stage
 from palpate.commands.project import Project, calibrated_devices
 from palpate.config.object import ObjectSpec
-from palpate.modulus import BOUNDED, IDENTIFIED, NOT_IDENTIFIED
+from palpate.modulus import BOUNDED, IDENTIFIED, LABELS, NOT_IDENTIFIED
 from palpate.units import MILLIMETRES, PERCENT
 from palpate.yaml_files import load_yaml
 
@@ -46,7 +46,7 @@ OF_NU = {
 }
 SHOWN = ("effective_reduced_modulus_pa", "reduced_modulus_pa", "youngs_modulus_pa")
 NU, E = "poisson_ratio", "youngs_modulus_pa"
-HEADINGS = ("protocol", "effective E*", "E*", "E", "nu", "nu is", "E is limited by")
+HEADINGS = ("protocol", *(LABELS[name] for name in (*SHOWN, NU)), "nu is", "E is limited by")
 
 
 def _plan(options: argparse.Namespace) -> int:

@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.options import CONFIGURED, OBSERVED
-from palpate.estimate.direct.prior import RATIO, STEPS
+from palpate.modulus import LABELS
+from palpate.report import texts
 from palpate.units import PERCENT, readable
 
 # Contributions that are shown, and what they are called.
 SHOWN = {
-    "contribution_log_effective_reduced_modulus": "effective E*",
-    "contribution_log_youngs_modulus": "E at once",
-    "contribution_poisson_ratio": "nu",
+    f"contribution_{'log_' * name.endswith('_pa')}{name.removesuffix('_pa')}": LABELS[name]
+    for name in ("effective_reduced_modulus_pa", "youngs_modulus_pa", "poisson_ratio")
 }
 # Parts of a variance from which on a source has a bar, and advice.
 LEAST_SHARE, LEAST_ADVISED = 0.02, 0.1
@@ -31,125 +31,7 @@ class Words(NamedTuple):
     of: str = ""
 
 
-FINER = (
-    "Compute force and surface with finer finite elements (`direct.model.edge_m`), and state their"
-    " error then (`direct.fit.model_std`)."
-)
-# By the source's name in uncertainty_budget.csv.
-SOURCES = {
-    "law of the force": Words(
-        "law of the force",
-        "Indent in smaller steps from the first touch on: the curvature of force over depth"
-        " determines how the material stiffens.",
-        "of the material-law parameter",
-    ),
-    "law of the motion": Words(
-        "law of the surface displacement",
-        "Let the camera see more of the surface beside the tip. Where the object bears it, indent"
-        " deeper too, with a larger `deepest_m` in `object.yaml`.",
-        "of the material-law parameter",
-    ),
-    "scale of the camera": Words(
-        "scale of the camera's distances",
-        "Calibrate the camera with a target at the object's distance.",
-        "% of all distances",
-    ),
-    "relaxing shares": Words(
-        "relaxation amplitudes",
-        "Indent faster, then hold still at maximum depth for 10 s or more.",
-        "% of E at each time",
-    ),
-    STEPS: Words(
-        "relaxation times",
-        "Hold still at maximum depth for 10 s or more: slow relaxation needs time to show.",
-        "% of E from time to time",
-    ),
-    RATIO: Words(
-        "Poisson's ratio as it was given",
-        "Give Poisson's ratio more exactly, or leave it to the captures.",
-        "of nu",
-    ),
-    "zero of the depth": Words(
-        "offset of the depth",
-        "Scan the object again for its template, and measure the tip's place on the probe: the fit"
-        " has to find where the surface was touched.",
-    ),
-    "clocks": Words(
-        "clocks of camera and force", "Indent more slowly, or let one clock time camera and force."
-    ),
-    "clock of the camera": Words(
-        "clocks of poses and camera",
-        "Indent more slowly, or let one clock time camera and poses, and state how well it does"
-        " (`base.clock_offset_std_s` in the sensor's file).",
-    ),
-    "zero of the motion": Words(
-        "the surface at rest", "Record more frames before the touch, with nothing moving."
-    ),
-    "tip of the probe": Words(
-        "place of the ball's centre in the target's frame",
-        "Calibrate it: `palpate calibrate tip` (docs/rig.md).",
-    ),
-    "camera in the base frame": Words(
-        "place of the camera in the base frame",
-        "Calibrate it with more poses, turned about all axes and near the object:"
-        " `palpate calibrate hand-eye`.",
-    ),
-    "place of the contact": Words(
-        "place of the contact",
-        "Mark the point on the object and declare it more exactly, and indent where the surface is"
-        " even.",
-    ),
-    "sinking": Words("support compliance: sinking", "Put the object on something stiff."),
-    "rocking": Words("support compliance: rocking", "Fix the object so that it cannot tilt."),
-    "noise of the motion": Words(
-        "noise of the surface displacement",
-        "Bring the camera closer, light the object evenly, and record more frames or captures: the"
-        " displacement is known no better than the depth images.",
-    ),
-    "noise of the depth": Words(
-        "noise of the indentation depth",
-        "Keep the probe's target in full view and near the camera, and record more frames or"
-        " captures: the depth is known no better than the target's pose.",
-    ),
-    "captures apart": Words(
-        "captures that differ",
-        "Record more captures at the same point, at the same speed and with the same pause between"
-        " them: those there are differ by more than their noise.",
-        "% of a modulus",
-    ),
-    "scale of the force": Words(
-        "scale of the force sensor",
-        "Calibrate the force sensor with known weights.",
-        "% of all forces",
-    ),
-    "zero of the force": Words(
-        "offset of the force sensor",
-        "Record the force for some seconds before the touch, in the probe's pose.",
-    ),
-    "drift of the force": Words(
-        "drift of the force sensor", "Let the force sensor warm up, and keep the recording short."
-    ),
-    "radius of the sphere": Words(
-        "radius of the tip", "Measure the tip with a caliper at several places."
-    ),
-    "curvature of the template": Words(
-        "curvature of the scanned form",
-        "Scan the object again, finer around the point of contact.",
-    ),
-    "compliance of the probe": Words(
-        "compliance of the probe", "Measure it: `palpate calibrate stiffness` (docs/rig.md)."
-    ),
-    "indentation table: force": Words("finite elements: force", FINER, "% of E"),
-    "indentation table: motion": Words("finite elements: displacement", FINER, "of nu"),
-    "friction at the sphere": Words(
-        "friction at the sphere", "Wet or oil the sphere, or dust it with talc.", "% of E"
-    ),
-    "indentation table: base friction": Words(
-        "finite elements: base friction",
-        "Bond the object to its base: the friction there is not known.",
-        "of nu",
-    ),
-}
+SOURCES = {name: Words(**said) for name, said in texts("sources").items()}
 
 
 def bars(rows: Sequence[Mapping]) -> dict:

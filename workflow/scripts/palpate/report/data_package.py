@@ -12,61 +12,10 @@ from pathlib import Path
 import pandas as pd
 from pandas.io.json import build_table_schema
 
-# Ends of the columns' names, the longest first, and the units that they stand for.
-UNITS = {
-    "_per_m": "1/m",
-    "_n_m": "N/m",
-    "_nm": "N m",
-    "_pa": "Pa",
-    "_px": "px",
-    "_rad": "rad",
-    "_m": "m",
-    "_n": "N",
-    "_s": "s",
-}
-# What the name of a column does not say itself.
-MEANINGS = {
-    "sensor": "camera; curve where there was none",
-    "capture": "one press",
-    "frame": "number of the camera's picture, or of a curve's sample, from 0",
-    "time_s": "on the camera's clock",
-    "sample": "place of the surface, as samples.csv has it",
-    "force_n": "along the press, on the object",
-    "depth_m": "of the tip in the object: offset, clock and what the probe gives way allowed for",
-    "fitted_depth_m": "indentation that force and estimate give",
-    "fitted_force_n": "force that depth and estimate give",
-    "moved_m": "motion since the frames at rest, outward along the normal",
-    "moved_std_m": "standard deviation of the frame's own noise",
-    "fitted_moved_m": "motion that the estimate gives; empty where it was not compared",
-    "moved_residual_m": "seen less fitted",
-    "depth_residual_m": "seen less fitted",
-    "force_residual_n": "seen less fitted",
-    "depth_expected_std_m": "standard deviation of the residual by noise and what lasts",
-    "moved_expected_std_m": "standard deviation of the residual as all residuals show it",
-    "moved_residual_std_m": "standard deviation within the ring",
-    "distance_m": "from the first touch, straight; of a profile the ring's mean",
-    "samples": "how many the ring has",
-    "rest_std_m": "standard deviation of the mean of the frames at rest",
-    "recommended": "whether the row is the one to rely on",
-}
-# And of columns that are alike, by what their names begin or end with.
-ALIKE = {
-    r".*_low(_pa)?": "lower end of the 95 % interval",
-    r".*_high(_pa)?": "upper end of the 95 % interval",
-    r".*_verdict": "how well the captures tell it",
-    r"contribution_.*": "standard deviation that the source adds to it; their squares add up",
-    r"sensitivity_.*": "that over the source's own standard_uncertainty",
-}
-TITLES = {
-    "data/force.csv": "Force against depth, with the recommended estimate's fit",
-    "data/motion.csv": "Motion of the surface by sample and frame, with the estimate's",
-    "data/samples.csv": "Places of the surface, in the object's frame",
-    "data/profile.csv": "Motion over distance from the contact in the deepest frame, in rings",
-    "summary.csv": "Moduli of every sensor, capture and method",
-    "uncertainty_budget.csv": "What makes the intervals; deviations in the unit of their row",
-    "probe_pose.csv": "Pose of the probe in each frame, camera frame",
-    "force.csv": "Force on the object in each frame, camera frame",
-}
+from palpate.report import texts
+
+# Units by the ends of columns' names, what columns and tables are.
+UNITS, MEANINGS, ALIKE, TITLES = texts("columns").values()
 DESCRIBED = "What each of their columns is, and its unit (a Frictionless Data Package)"
 BUDGET = "uncertainty_budget.csv"
 NOT_A_NAME = re.compile(r"[^a-z0-9._-]+")

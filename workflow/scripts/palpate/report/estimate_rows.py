@@ -8,8 +8,10 @@ import pandas as pd
 
 from palpate.estimate.direct.warnings import Estimated, exclusions
 from palpate.modulus import BOUNDED, INTERVAL, LABELS, NOT_JUDGED, Modulus, bounded_at_best, columns
+from palpate.point_map import FEWEST_POINTS, homogeneity, own_stds, point_moduli
 from palpate.report.style import sensor_name
 from palpate.report.tables import CAPTURE, JUDGED
+from palpate.units import PERCENT
 
 STAR = "reduced_modulus_pa"
 # Of these a summary says how well what was compared could tell them.
@@ -18,6 +20,8 @@ INFORMED = ("effective_reduced_modulus_pa", "youngs_modulus_pa", "poisson_ratio"
 # residuals over what was stated, information limit.
 LAWS = ("force_law", "force_law_std", "motion_law", "motion_law_std")
 SCALES = ("motion_scale", "motion_sharing", "depth_scale")
+# Of a joint estimate: points whose effective E* is compared, and whether they differ.
+HOMOGENEITY = ("points", "homogeneity_p", "heterogeneity_percent", "heterogeneity_high_percent")
 COLUMNS = [
     *CAPTURE,
     "method",
@@ -33,6 +37,7 @@ COLUMNS = [
     "frames",
     *SCALES,
     *(f"{n.removesuffix('_pa')}_{kind}" for n in INFORMED for kind in ("bound", "efficiency")),
+    *HOMOGENEITY,
     "doubts",
     "provenance",
 ]
@@ -98,7 +103,7 @@ def curve_rows(curves: Sequence[Mapping], found: Sequence[Mapping]) -> Iterator[
             **(judged if doubts else {}),
             recommended=True,
             captures=1,
-            poisson_ratio_reason="a curve does not tell it",
+            poisson_ratio_reason="a curve does not determine it",
             doubts="; ".join(doubts),
             **{name: one[name] for name in LAWS[:2]},
         )
@@ -119,8 +124,10 @@ def direct_rows(
     singles, joints = compared(captures, singles, groups, joints)
     for capture, found in zip(captures, singles, strict=True):
         yield _direct_row(capture, "direct", found)
-    for group, found in zip(groups, joints, strict=True):
-        yield _direct_row({"capture": "all", "point": "all"} | dict(group), JOINT, found)
+    by_point = points_by_group(captures, singles, groups)
+    for group, found, points in zip(groups, joints, by_point, strict=True):
+        known = {"capture": "all", "point": "all"} | dict(group)
+        yield _direct_row(known, JOINT, found) | _homogeneity(points)
 
 
 def compared(
@@ -154,6 +161,29 @@ def compared(
                 one |= {key: asdict(value) for key, value in bounded_at_best(judged).items()}
             one["doubts"] = [*one["doubts"], *lines]
     return found[: len(captures)], found[len(captures) :]
+
+
+def points_by_group(
+    captures: Sequence[Mapping], singles: Sequence[Mapping], groups: Sequence[Mapping]
+) -> Iterator[dict[str, tuple[Modulus, float]]]:
+    """Of each group `point_moduli`, of its captures and their direct.json."""
+    for group in groups:
+        mine = [
+            (capture, single)
+            for capture, single in zip(captures, singles, strict=True)
+            if all(capture[name] == group[name] for name in ("object", "sensor"))
+        ]
+        yield point_moduli(*zip(*mine, strict=True)) if mine else {}
+
+
+def _homogeneity(points: Mapping[str, tuple[Modulus, float]]) -> dict[str, float]:
+    """Columns of whether points differ, which takes three of them."""
+    if len(points) < FEWEST_POINTS:
+        return {"points": len(points)}
+    moduli, parts = zip(*points.values(), strict=True)
+    found = homogeneity(np.log([one.value for one in moduli]), own_stds(moduli, parts))
+    deviations = PERCENT * found.deviation, PERCENT * found.deviation_high
+    return dict(zip(HOMOGENEITY, (len(points), found.p_value, *deviations), strict=True))
 
 
 def _direct_row(known: Mapping, method: str, found: Mapping) -> dict:

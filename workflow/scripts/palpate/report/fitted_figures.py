@@ -207,7 +207,7 @@ def _law(axes: Axes, law: Mapping) -> None:
 
 
 def _relaxing(axes: Axes, found: Mapping, end_s: float) -> None:
-    """What is left of E a time after a step, with the intervals at once and after 1 s.
+    """What is left of E a time after a step, with the intervals at the step and after 1 s.
 
     Dashed, and hollow, is what is later than the captures.
     """

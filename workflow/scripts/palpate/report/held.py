@@ -11,14 +11,10 @@ from palpate.capture.tables import columns_of
 from palpate.estimate.direct.contact import LIKELY
 from palpate.estimate.direct.warnings import FAR_ZERO, RESTLESS
 from palpate.estimate.hertz.indentation import hold_end
-from palpate.report.style import sensor_name
+from palpate.report.style import capture_name
 from palpate.units import MILLIMETRES
 from palpate.vision.probe import ALONG_STD, TIP
 
-FRAMES_NOTE = (
-    "Compared are the frames from the first force to the end of the hold: those before determine"
-    " the surface at rest. The probe has to be found from the touch to maximum depth."
-)
 # Ratios of a recording and the largest that are good.
 RATIOS = {
     "residual of the surface displacement, over what noise explains": 3.0,
@@ -134,7 +130,7 @@ def _clocks(own: Mapping) -> Check:
 def recording(checked: Sequence[tuple[Mapping, Sequence[Check]]]) -> str:
     """One line that says whether recordings passed their checks."""
     bad = [
-        f"{named(capture)} ({check.what}: {check.found}, expected {check.good})"
+        f"{capture_name(capture)} ({check.what}: {check.found}, expected {check.good})"
         for capture, checks in checked
         for check in checks
         if not check.passed
@@ -149,17 +145,12 @@ def recording(checked: Sequence[tuple[Mapping, Sequence[Check]]]) -> str:
 def rows(checked: Sequence[tuple[Mapping, Sequence[Check]]]) -> list[dict[str, str]]:
     """A row for each check, a column for each capture."""
     found: dict[str, dict[str, str]] = {}
-    empty = dict.fromkeys((named(capture) for capture, _ in checked), "")
+    empty = dict.fromkeys((capture_name(capture) for capture, _ in checked), "")
     for capture, checks in checked:
         for one in checks:
             row = found.setdefault(one.what, {"check": one.what, "expected": one.good} | empty)
-            row[named(capture)] = f"{'✓' if one.passed else '✗'} {one.found}"
+            row[capture_name(capture)] = f"{'✓' if one.passed else '✗'} {one.found}"
     return list(found.values())
-
-
-def named(capture: Mapping) -> str:
-    """A capture as a reader finds it."""
-    return f"{sensor_name(capture['sensor'])} {capture['capture']}"
 
 
 def seconds_compared(time_s: NDArray, depth_m: NDArray, frames: NDArray) -> float:
@@ -175,7 +166,7 @@ def press_of(held: Held) -> dict[str, str]:
     fit, depth = held.fit, held.depth_m.max()
     force = fit["samples"]["force_n"]
     return {
-        "capture": named(held.capture),
+        "capture": capture_name(held.capture),
         "frames": str(len(force)),
         "frames compared": str(held.direct["frames"][0]),
         "loading (s)": f"{held.seconds_to(np.inf):.1f}",

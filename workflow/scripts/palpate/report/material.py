@@ -82,12 +82,12 @@ def material_of(row: pd.Series, estimate: Path | None = None) -> Material:
     Raises
     ------
     ValueError
-        If Young's modulus or Poisson's ratio is not told by the captures, or the file is damaged.
+        If Young's modulus or Poisson's ratio is not determined, or the file is damaged.
     """
     E, nu = (Modulus.of_row(row, name) for name in ("youngs_modulus_pa", "poisson_ratio"))
     if E is None or E.verdict not in TOLD:
         found = "none" if E is None else str(E)
-        raise ValueError(f"youngs_modulus_pa: expected one that the captures tell, found {found}")
+        raise ValueError(f"youngs_modulus_pa: expected one that is determined, found {found}")
     _check_ratio(nu)
     fractions, times_s = _relaxation(estimate) if estimate else ((), ())
     return Material(row["object"], E, nu, _notes(row), fractions, times_s)

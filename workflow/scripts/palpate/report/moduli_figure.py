@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.json_fields import read_all
-from palpate.modulus import IDENTIFIED
+from palpate.modulus import IDENTIFIED, LABELS
 from palpate.report.estimate_rows import compared
 from palpate.report.style import BLACK, BLUE, PAGE_IN, finished, sensor_name
 from palpate.units import KILOPASCALS
@@ -17,10 +17,10 @@ from palpate.units import KILOPASCALS
 # Of a line, of what is above and below the lines of an object, and of the whole at most [in].
 LINE_IN, AROUND_IN, HIGHEST_IN = 0.24, 0.62, 9.0
 GREATEST_NU = 0.5
-QUANTITIES = {
-    "effective_reduced_modulus_pa": ("effective E* (kPa)", KILOPASCALS),
-    "youngs_modulus_pa": ("E (kPa)", KILOPASCALS),
-    "poisson_ratio": ("Poisson's ratio", 1.0),
+SCALES = {
+    "effective_reduced_modulus_pa": KILOPASCALS,
+    "youngs_modulus_pa": KILOPASCALS,
+    "poisson_ratio": 1.0,
 }
 TRUTH = {"color": BLACK, "lw": 0.8, "ls": "--", "zorder": 0, "label": "truth"}
 
@@ -70,13 +70,12 @@ def moduli_figure(
     heights = [AROUND_IN + LINE_IN * len(lines) for lines in rows.values()]
     size = (PAGE_IN, min(sum(heights), HIGHEST_IN))
     look = {"sharey": "row", "squeeze": False, "height_ratios": heights}
-    figure, axes = plt.subplots(len(rows), len(QUANTITIES), figsize=size, **look)
+    figure, axes = plt.subplots(len(rows), len(SCALES), figsize=size, **look)
     for panels, (name, lines) in zip(axes, rows.items(), strict=True):
-        for panel, (quantity, (label, scale)) in zip(panels, QUANTITIES.items(), strict=True):
-            draw_lines(panel, lines, quantity, scale)
+        for panel, (quantity, scale) in zip(panels, SCALES.items(), strict=True):
+            draw_lines(panel, lines, quantity)
             if name in truths:
                 panel.axvline(scale * truths[name][quantity], **TRUTH)
-            panel.set_xlabel(label)
         if len(rows) > 1:
             panels[0].set_title(name.replace("_", " "))
     if truths:
@@ -93,8 +92,10 @@ def _lines(sensor: str, singles: Sequence[tuple[str, Mapping]], joint: Mapping) 
     yield Line(name, joint, True)
 
 
-def draw_lines(panel: Axes, lines: Sequence[Line], quantity: str, scale: float) -> None:
+def draw_lines(panel: Axes, lines: Sequence[Line], quantity: str) -> None:
     """Draw a quantity's intervals and values; a symbol of what is not identified is hollow."""
+    scale = SCALES[quantity]
+    panel.set_xlabel(LABELS[quantity] + " (kPa)" * quantity.endswith("_pa"))
     for place, line in enumerate(lines):
         one = line.found[quantity]
         value, low, high = (scale * one[end] for end in ("value", "low", "high"))

@@ -5,30 +5,15 @@ from collections.abc import Iterator, Mapping, Sequence
 import pandas as pd
 
 from palpate.modulus import LABELS, NARROW_E, NARROW_NU, Modulus
+from palpate.report import texts
 from palpate.report.style import sensor_name
 from palpate.report.tables import AT_BOUND_NOTE, bound_mark
 
 # What methods are compared by.
 STAR = "reduced_modulus_pa"
 COMPARED = [STAR, "effective_reduced_modulus_pa", "youngs_modulus_pa", "poisson_ratio"]
-METHODS = {
-    "direct_joint": "direct, all captures together",
-    "direct": "direct",
-    "curve_table": "curve without a camera, indentation table",
-    "curve_hertz": "curve without a camera, Hertz",
-    "hertz": "Hertz's law, depth as recorded",
-    "hertz_free_contact": "Hertz's law, contact point fitted",
-    "hertz_recommended": "contact law chosen by depth and shape",
-}
-# What is to be said of methods by how their names begin, of which a page has those that are there.
-PRESUMED = {
-    ("hertz", "curve_hertz"): "Hertz's law takes the object for a half-space and a shallow"
-    " indentation: a thin, round or curved object, a large depth and an error of the contact point"
-    " all go into its modulus.",
-    ("direct",): "A single capture has more noise than all together.",
-    ("minimise", "least_squares"): "Error minimisation follows the surface alone over a wide range"
-    " of moduli, and may end at a bound.",
-}
+# Methods by name; what is to be said of those whose names begin so.
+METHODS, PRESUMED = texts("methods").values()
 IDENTIFIED_RULE = (
     f"A modulus is identified if its interval reaches no further than by a factor of {NARROW_E}"
     f" from end to end, nu if its interval is no wider than {NARROW_NU} and clear of the ends of"
@@ -47,8 +32,11 @@ def _why(rows: Sequence[Mapping]) -> str:
     """How far others are from what is recommended here, and why."""
     advised = [one for one in rows if one["recommended"]]
     rest = [one for one in rows if not one["recommended"]]
-    there = {start for one in rest for start in PRESUMED if one["method"].startswith(start)}
-    if not (told := [words for start, words in PRESUMED.items() if start in there]):
+    methods = {one["method"] for one in rest}
+    told = [
+        each["why"] for each in PRESUMED if any(m.startswith(tuple(each["of"])) for m in methods)
+    ]
+    if not told:
         return ""
     apart = [100 * (part - 1) for one in rest for part in _parts_of(one, advised)]
     ends = dict.fromkeys(f"{end:+.0f}" for end in (min(apart), max(apart))) if apart else ()

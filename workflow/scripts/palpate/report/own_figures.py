@@ -4,7 +4,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from palpate.report import texts
 from palpate.workflow.own_objects import OwnObjects
+
+TEXTS = texts("figures")
 
 
 @dataclass(frozen=True)
@@ -50,58 +53,40 @@ def _tracked(own: OwnObjects) -> dict:
     }
 
 
-HERTZ = "hertz_fit"
+# Of a figure that stands elsewhere on the page, and of one that is on it alone.
+HERTZ, MAPPED = "hertz_fit", "map"
 OWN_FIGURES = (
     OwnFigure(
         "moduli",
-        title="E and nu",
-        caption="Moduli of each capture and of all captures with a sensor together (diamonds, the"
-        " recommended estimate): lines are 95 % intervals. Intervals that overlap agree. Where a"
-        " symbol is hollow the value is not identified: rely on its interval.",
+        **TEXTS["moduli"],
         make="palpate.report.moduli_figure:make_moduli",
         inputs=lambda own: {"direct": own.files(own.captures, "direct.json"), "joint": own.joint()},
         params=_all,
     ),
     OwnFigure(
         HERTZ,
-        title="Hertz fit",
-        caption="Force against depth in the first captures, with Hertz's law for a ball on a"
-        " half-space, F = 4/3 E* R^(1/2) d^(3/2) (Eq. 5.1; R: radius of the ball, d: depth), with a"
-        " contact point that is known and one that is fitted, and the residuals of both. Residuals"
-        " in a bow say that the object is no half-space: the recommended estimate allows for that,"
-        " this fit does not.",
+        **TEXTS[HERTZ],
         make="palpate.report.hertz_figures:make_hertz_fits",
         inputs=lambda own: {"fits": own.files(own.fitted, "hertz.json")},
         params=lambda own: {"captures": own.fitted},
     ),
     OwnFigure(
         "fit",
-        title="Measured and computed",
-        caption="Left: force against indentation depth, measured and computed with the recommended"
-        " moduli. Right: displacement of the surface along its normal at maximum depth, over the"
-        " distance from the contact. Below: residuals, most of which should be in the grey band,"
-        " where 95 % of them are expected.",
+        **TEXTS["fit"],
         make="palpate.report.fitted_figures:make_fit",
         inputs=lambda own: {"fitted": own.joint("fitted.npz")},
         params=_all,
     ),
     OwnFigure(
         "known",
-        title="What determines E, nu and the law",
-        caption="Left: pairs of E and nu that explain the indentation depth, the surface"
-        " displacement, and both: joint regions of 95 %, without the errors of rig and mesh that"
-        " the intervals above contain. Middle: how likely each material-law parameter of the force"
-        " is. Right: how E relaxes after a step, with 95 % intervals; dashed and hollow later than"
-        " what was recorded.",
+        **TEXTS["known"],
         make="palpate.report.fitted_figures:make_known",
         inputs=lambda own: {"joint": own.joint(), "fitted": own.joint("fitted.npz")},
         params=_all,
     ),
     OwnFigure(
         "surface",
-        title="Tracked surface",
-        caption="Maximum depth of the first capture with each sensor: the camera's picture, and a"
-        " section through the contact. Away from the probe, line and points should coincide.",
+        **TEXTS["surface"],
         make="palpate.report.surface_figures:make_tracked_surface",
         inputs=_tracked,
         params=lambda own: {"captures": own.first, "sensors": own.sensors},

@@ -9,17 +9,16 @@ from palpate.modulus import VERDICTS, verdicts_in
 from palpate.report import own_words as words
 from palpate.report.budget_bars import bars, largest
 from palpate.report.data_package import links_of
-from palpate.report.held import FRAMES_NOTE, Held, checks_of, press_of, recording, rows
+from palpate.report.held import Held, checks_of, press_of, recording, rows
 from palpate.report.material import names_of
 from palpate.report.material_cards import PROGRAMMES
 from palpate.report.other_methods import others
-from palpate.report.own_figures import HERTZ, OWN_FIGURES
+from palpate.report.own_figures import HERTZ, MAPPED, OWN_FIGURES, TEXTS
 from palpate.report.pages import rendered, title_of
+from palpate.report.point_maps import PointMap
 from palpate.report.press_pictures import Glimpse
 from palpate.report.style import sensor_name
 from palpate.report.viewer import plotly
-
-SIMULATED_NOTE = "Simulated: pictures and forces were computed; no such object was indented."
 
 
 def own_page(
@@ -35,6 +34,7 @@ def own_page(
     files: Mapping[str, str],
     views: Sequence[Mapping] = (),
     narrowed: Mapping[str, Sequence[Mapping[str, str]]] | None = None,
+    maps: Sequence[PointMap] = (),
 ) -> str:
     """Write an object's page.
 
@@ -60,6 +60,8 @@ def own_page(
         Of `viewer.view`.
     narrowed : mapping, optional
         Rows of what would narrow the intervals, by sensor (`palpate.plan.narrowed`).
+    maps : sequence of PointMap, optional
+        Stiffness over the object by sensor; their picture is that of the name `MAPPED`.
 
     Returns
     -------
@@ -85,7 +87,7 @@ def own_page(
     return rendered(
         "own_page.html.j2",
         title=title_of(name),
-        simulated=SIMULATED_NOTE if (summary["provenance"] == "simulated").any() else "",
+        simulated=(summary["provenance"] == "simulated").any(),
         estimates=list(_estimates(recommended.to_dict("records"), joints, held)),
         verdicts=[(one, told) for one, told in VERDICTS.items() if one in given],
         recording=recording(checked),
@@ -93,12 +95,13 @@ def own_page(
         glimpses=glimpses,
         limits={sensor_name(sensor): bars(one["budget"]) for sensor, one in joints.items()},
         narrowed={sensor_name(sensor): rows for sensor, rows in (narrowed or {}).items()},
+        maps=maps,
+        pictured=(pictures[MAPPED], TEXTS[MAPPED]["caption"]) if MAPPED in pictures else None,
         views=views,
         plotly=plotly() if views else "",
         figures=list(figures.values()),
         checks=rows(checked),
         captures=[press_of(one) for one in held],
-        frames_note=FRAMES_NOTE,
         others=others(summary) | {"figures": [hertz] if hertz else []},
         links=links_of(joints),
         programmes=list(PROGRAMMES),

@@ -11,6 +11,7 @@ from palpate.capture.discover import CURVE
 from palpate.estimate.direct.quantities import ONE_SECOND_S
 from palpate.estimate.direct.warnings import FAR_LAW
 from palpate.modulus import LABELS, Modulus
+from palpate.report import texts
 from palpate.report.held import Held
 from palpate.report.style import sensor_name
 from palpate.report.tables import bound_mark
@@ -20,34 +21,9 @@ from palpate.units import MILLIMETRES
 LAWS = {0.0: "neo-Hooke's", 1.0: "Blatz and Ko's"}
 # A parameter that is known no better is as it was held likely before (direct.fit.force_law_std).
 LEAST_KNOWN_STD = 0.4
-OF_NU = {
-    verdicts.IDENTIFIED: "Poisson's ratio is identified",
-    verdicts.BOUNDED: "Of Poisson's ratio only limits are known: rely on the interval, not on the"
-    " value",
-    verdicts.NOT_IDENTIFIED: "Poisson's ratio is not identified: any value of its range explains"
-    " the captures",
-    verdicts.ASSUMED: "Poisson's ratio was assumed, not measured",
-}
-# Moduli that stand first, and what each of all is.
 EFFECTIVE = "effective_reduced_modulus_pa"
-HEADLINES = {
-    EFFECTIVE: "Effective E* at {:.1f} mm, after 1 s",
-    "youngs_modulus_pa": "Young's modulus E, at once",
-    "poisson_ratio": "Poisson's ratio nu",
-}
-MEANINGS = {
-    EFFECTIVE: "E* of the neo-Hookean solid with the same force at the depth"
-    " below, after 1 s: to compare objects",
-    "youngs_modulus_pa": "instantaneous Young's modulus, at small strain: to compute with",
-    "youngs_modulus_1s_pa": "Young's modulus that is left after 1 s of relaxation",
-    "poisson_ratio": "Poisson's ratio: 0: sides stay; 0.5: volume stays",
-    "reduced_modulus_pa": "E/(1 - nu²), instantaneous, at small strain: what a contact measures",
-}
-# What follows from the moduli.
-FURTHER = {
-    "shear_modulus_pa": ("G", "shear modulus, E/(2 (1 + nu))"),
-    "bulk_modulus_pa": ("K", "bulk modulus, E/(3 (1 - 2 nu))"),
-}
+# Of Poisson's ratio by verdict; moduli that stand first, what each of all is, and what follows.
+OF_NU, HEADLINES, MEANINGS, FURTHER = texts("moduli").values()
 
 
 def by(row: Mapping) -> str:
@@ -102,8 +78,8 @@ def law(parameter: float, std: float) -> str:
     found += f" ({parameter - half:.2f} to {parameter + half:.2f})"
     if len(possible) == len(LAWS):
         return (
-            f"{found}: {first} law (0) and {last} (1) both explain the captures. E at once carries"
-            " that uncertainty, the effective E* hardly."
+            f"{found}: {first} law (0) and {last} (1) both explain the captures. The"
+            " instantaneous E carries that uncertainty, the effective E* hardly."
         )
     if possible:
         return f"{found}: near {possible[0]} law (0: {first}, 1: {last})."
@@ -150,16 +126,16 @@ def conditions(direct: Mapping, held: Sequence[Held]) -> str:
     return (
         f"The effective E* holds at a mean strain of {strain:.0f} %, {depth * MILLIMETRES:.1f} mm"
         f" deep, 1 s after a step; the tip was there {there:.1f} s after the touch{rate} and at"
-        f" maximum depth after {deepest:.1f} s. E at once, nu, G and K hold at small strain, before"
-        " relaxation."
+        f" maximum depth after {deepest:.1f} s. The instantaneous E, nu, G and K hold at small"
+        " strain, before relaxation."
     )
 
 
 def range_of(held: Sequence[Held]) -> str:
-    """From which depths and times E at once is extrapolated."""
+    """From which depths and times the instantaneous E is extrapolated."""
     depths = np.concatenate([one.depth_m[one.frames] for one in held]) * MILLIMETRES
     return (
-        "E at once is extrapolated to small strain and no time, from depths of"
+        "Instantaneous E is extrapolated to small strain and no time, from depths of"
         f" {depths.min():.1f} to {depths.max():.1f} mm and times up to {compared_s(held):.1f} s."
     )
 

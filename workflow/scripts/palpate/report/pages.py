@@ -4,13 +4,14 @@ import base64
 import json
 import re
 from itertools import count
-from pathlib import Path
 
 import cv2
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markdown_it import MarkdownIt
 from markupsafe import Markup, escape
+
+from palpate.report import TEMPLATES
 
 NUMBER = re.compile(r"(-?\d+(\.\d+)?(e[+-]?\d+)?)?")
 TABLE = re.compile(r"<table>.*?</table>", re.DOTALL)
@@ -82,11 +83,12 @@ def _picture(content: bytes) -> str:
 
 
 def _environment() -> Environment:
-    loader = FileSystemLoader(Path(__file__).parent / "templates")
+    loader = FileSystemLoader(TEMPLATES)
     look = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
     made = Environment(loader=loader, autoescape=True, **look)
     # Of Markdown in a line: code and emphasis.
     made.filters["inline"] = lambda text: Markup(PARSER.renderInline(text))
+    made.filters["single_hyphens"] = lambda text: re.sub("-(?=-)", "- ", text)
     made.filters |= {"script": _script, "picture": _picture, "title_of": title_of}
     return made
 

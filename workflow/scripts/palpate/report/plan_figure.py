@@ -7,18 +7,19 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
+from palpate.modulus import LABELS
 from palpate.report import style
 from palpate.units import PERCENT
 
 if TYPE_CHECKING:
     from palpate.plan import Forecast
 
-# Name, colour and marker of what is drawn in per cent.
-MODULI = (
-    ("effective_reduced_modulus_pa", "effective E*", style.BLUE, "o"),
-    ("reduced_modulus_pa", "E*", style.GREEN, "s"),
-    ("youngs_modulus_pa", "E", style.ORANGE, "D"),
-)
+# Colour and marker of what is drawn in per cent.
+MODULI = {
+    "effective_reduced_modulus_pa": (style.BLUE, "o"),
+    "reduced_modulus_pa": (style.GREEN, "s"),
+    "youngs_modulus_pa": (style.ORANGE, "D"),
+}
 ROW_IN, HEAD_IN = 0.24, 1.0
 
 
@@ -29,9 +30,9 @@ def plan_figure(rows: Mapping[str, "Forecast"]) -> Figure:
         size = style.PAGE_IN, HEAD_IN + ROW_IN * len(rows)
         look = {"sharey": True, "width_ratios": (3, 2), "layout": "constrained"}
         figure, (left, right) = plt.subplots(1, 2, figsize=size, **look)
-        for name, label, colour, marker in MODULI:
+        for name, (colour, marker) in MODULI.items():
             widths = [PERCENT * one.half_width[name] for one in rows.values()]
-            left.plot(widths, at, marker, color=colour, ms=4.5, label=label)
+            left.plot(widths, at, marker, color=colour, ms=4.5, label=LABELS[name])
         nu = [one.half_width["poisson_ratio"] for one in rows.values()]
         right.plot(nu, at, "o", color=style.BLACK, ms=4.5)
         left.set(xlabel="half-width of the 95 % interval (%)", xlim=(0, None), title="(a) Moduli")

@@ -1,6 +1,6 @@
 """One look for all figures, and files that are the same bytes for the same inputs."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
 
@@ -11,6 +11,8 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from palpate.report import TEMPLATES
+
 # Okabe and Ito's palette, told apart by colour-blind readers.
 BLUE, ORANGE, GREEN, GREY, BLACK = "#0072B2", "#D55E00", "#009E73", "#9A9A9A", "#1A1A1A"
 SENSOR_NAMES = {"bumblebee": "Bumblebee2", "kinect": "Kinect"}
@@ -18,35 +20,11 @@ ERROR_NAMES = {"force_displacement": "force and displacement", "displacement": "
 COLUMN_IN, PAGE_IN = 3.5, 7.2
 SMALL = 6.5
 ARROW = {"arrowstyle": "-|>", "color": BLACK, "lw": 0.8, "shrinkA": 0, "shrinkB": 0}
-SETTINGS = {
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],
-    "font.size": 8,
-    "axes.labelsize": 8,
-    "axes.titlesize": 8.5,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.linewidth": 0.7,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "xtick.labelsize": 7.5,
-    "ytick.labelsize": 7.5,
-    "xtick.major.width": 0.7,
-    "ytick.major.width": 0.7,
-    "xtick.direction": "out",
-    "lines.linewidth": 1.3,
-    "legend.frameon": False,
-    "legend.fontsize": 7.5,
-    "figure.dpi": 100,
-    "savefig.dpi": 300,
-    "svg.hashsalt": "palpate",
-    "svg.fonttype": "none",
-}
 
 
 def journal() -> AbstractContextManager[None]:
     """Draw in the project's style inside the block."""
-    return plt.rc_context(SETTINGS)
+    return plt.rc_context(fname=TEMPLATES / "journal.mplstyle")
 
 
 def label_provenance(figure: Figure, provenances: Collection[str]) -> None:
@@ -67,6 +45,11 @@ def finished(figure: Figure, provenances: Collection[str]) -> Figure:
 def sensor_name(sensor: str) -> str:
     """Name of a sensor as a reader knows it."""
     return SENSOR_NAMES.get(sensor, sensor)
+
+
+def capture_name(capture: Mapping) -> str:
+    """A capture as a reader finds it."""
+    return f"{sensor_name(capture['sensor'])} {capture['capture']}"
 
 
 def save(figure: Figure, png: str | Path, svg: str | Path) -> None:

@@ -60,7 +60,7 @@ def markdown(
     last_notes: Sequence[str] = (),
 ) -> str:
     """Write a table in Markdown; between its notes whether rows of it are simulated."""
-    simulated = [SIMULATED_NOTE] * bool((table["provenance"] == "simulated").any())
+    simulated = [SIMULATED_NOTE] * ("simulated" in table["provenance"].to_numpy())
     return to_markdown(table, title=title, notes=[*more_notes, *simulated, *last_notes])
 
 

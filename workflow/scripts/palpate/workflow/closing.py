@@ -48,7 +48,7 @@ def _recommended(rows: pd.DataFrame) -> list[str]:
     lines = [] if len(rows) else ["  none: no capture of it is estimated directly"]
     for row in rows.to_dict("records"):
         values = {label: Modulus.of_row(row, name) for name, label in LABELS.items()}
-        lines += [f"  {label:<13} {one}" for label, one in values.items() if one]
+        lines += [f"  {label:<15} {one}" for label, one in values.items() if one]
         count = int(row["captures"]) if row["sensor"] != CURVE else 0
         captures = f"{count} capture{'s' * (count > 1)}"
         lines += [f"  from {captures if count else 'curve ' + row['capture']}"]

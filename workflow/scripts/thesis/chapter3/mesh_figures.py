@@ -155,7 +155,7 @@ def _block(axes: Axes, steps: SimulatedSteps, moved_m: NDArray, values: NDArray)
     surface_panel(axes, nodes[corners], facets, SIDE, frame, **look)
     loop = SIDE.project(nodes[steps.triangle[[0, 1, 2, 0]]])
     axes.plot(*loop[:, :2].T, color=GREEN, lw=1.4, zorder=4)
-    scale_bar(axes, 100, frame)
+    scale_bar(axes, 100)
     return top
 
 

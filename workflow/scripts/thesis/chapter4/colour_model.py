@@ -17,7 +17,8 @@ from palpate.vision.background import BackgroundModel, distortion, load_model
 from palpate.vision.foreground import load_masks
 from palpate.vision.options import Background
 
-from thesis.diagrams import TEXT_PT, Sketch, blank, labelled, scale_bar, write
+from thesis.diagrams import TEXT_PT, Sketch, blank, labelled, write
+from thesis.panels import scale_bar
 from thesis.views import View
 
 WHITE_LEVEL, TICKS = 255, (100, 200)

@@ -17,7 +17,8 @@ from palpate.units import MILLIMETRES
 from palpate.vision.clouds import Cloud, read_clouds
 from scipy.spatial import cKDTree
 
-from thesis.diagrams import TEXT_PT, Sketch, blank, legend_below, provenances, scale_bar, tangents
+from thesis.diagrams import TEXT_PT, Sketch, blank, legend_below, provenances, tangents
+from thesis.panels import scale_bar
 from thesis.views import View
 
 # P lies so far from the pressed point, on the rim of the dent [m].

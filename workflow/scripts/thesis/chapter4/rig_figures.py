@@ -25,9 +25,9 @@ from thesis.diagrams import (
     dimension,
     labelled,
     leader,
-    scale_bar,
     write,
 )
+from thesis.panels import scale_bar
 from thesis.views import View
 
 # From a device's axes (right, down, ahead) to axes with z up; the reader stands before it.

@@ -107,7 +107,7 @@ def figure_5_12(inputs: Any, params: Any) -> Figure:
         colours = coloured(surface.displacement_mm(), top)
         surface_panel(panel, surface.deformed_m, surface.faces, view, frame, colours=colours)
         wire(panel, surface.rest_m, surface.faces, view)
-        scale_bar(panel, 20, frame)
+        scale_bar(panel, 20)
         named(panel, letter, title)
         look = {"ha": "center", "va": "top", "fontsize": SMALL}
         panel.text(0.5, -0.03, text, transform=panel.transAxes, **look)

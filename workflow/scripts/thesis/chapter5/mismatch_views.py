@@ -78,7 +78,7 @@ def mismatch_views(inputs: Any, params: Any) -> Figure:
         for panel, view, frame, title in zip(row, sides, framed, titles, strict=True):
             look = {"colours": coloured(one.mismatch_m * MILLIMETRES, top), "edges": True}
             surface_panel(panel, one.nodes_m, one.triangles, view, frame, **look)
-            scale_bar(panel, 20, frame)
+            scale_bar(panel, 20)
             named(panel, next(letters), title)
         cross = sides[0].project(one.contact_m[None])[0, :2]
         row[0].plot(*cross, "+", color=BLACK, ms=9, mew=1.3, zorder=6, path_effects=HALO)

@@ -169,7 +169,7 @@ def figure_5_6(inputs: Any, params: Any) -> Figure:
         cloud_panel(panel, groups, view, frame)
         flat = view.project(template.vertices_m)
         panel.plot(*flat[:, :2].T, ".", ms=1.1, color=BLACK, zorder=3)
-        scale_bar(panel, 100, frame)
+        scale_bar(panel, 100)
         named(panel, letter, title)
     for panel in axes[1:, 1]:
         panel.remove()

@@ -63,10 +63,8 @@ def figure_5_5(inputs: Any, params: Any) -> Figure:
         surface_panel(column[2], *shape, view, frame, **whole, width_px=1100)
         detail = close.around(surface.contact_m, *CLOSE_MM)
         surface_panel(column[3], *shape, close, detail, **whole, width_px=1000)
-        for panel, length, place in zip(
-            column[1:], (100, 100, 10), (frame, frame, detail), strict=True
-        ):
-            scale_bar(panel, length, place)
+        for panel, length in zip(column[1:], (100, 100, 10), strict=True):
+            scale_bar(panel, length)
         titles = (f"{sensor_name(capture['sensor'])}, point {capture['point']}",
                   "cloud and added points", "tracked", "at the contact")  # fmt: skip
         first = "abcdefghijkl"[list(axes.T[:, 0]).index(column[0]) :: len(captures)]
@@ -92,7 +90,7 @@ def figure_5_7(inputs: Any, params: Any) -> Figure:
         for panel, view in zip(row[:2], (View(-90, 14), View(-90, 90)), strict=True):
             frame = view.around(surface.contact_m, *AROUND_MM)
             surface_panel(panel, surface.deformed_m, surface.faces, view, frame, **look)
-            scale_bar(panel, 20, frame)
+            scale_bar(panel, 20)
         section_panel(row[2], _with_cloud(surface, cloud_m))
         row[2].set_ylim(bottom=LOWEST_MM)
         titles = (f"{name}, side", "from above", "section")
@@ -125,7 +123,7 @@ def figure_5_11(inputs: Any, params: Any) -> Figure:
         titles = f"{name}: one view", "turned, undeformed", "turned, deformed"
         for panel, title in zip(row, titles, strict=True):
             named(panel, next(letters), title)
-            scale_bar(panel, 20, frame)
+            scale_bar(panel, 20)
     entries = ("captured", BLUE), ("turned copies", GREY), ("support's vertices", ORANGE)
     legend(figure, entries, 0.05)
     return labelled(figure, params)
@@ -150,7 +148,7 @@ def figure_5_13(inputs: Any, params: Any) -> Figure:
             place = {"xy": (1, 0), "xycoords": "axes fraction", "ha": "right"}
             panel.annotate(text, **place, fontsize=SMALL)
             named(panel, next(letters), f"{sensor_name(capture['sensor'])}: {how}")
-            scale_bar(panel, 20, frame)
+            scale_bar(panel, 20)
     displacement_bar(figure, axes, top)
     figure.text(0.02, 0.012, "dashed: outline of the undeformed ball", fontsize=SMALL)
     return labelled(figure, params)
@@ -176,7 +174,7 @@ def figure_5_16(inputs: Any, params: Any) -> Figure:
     for panel, letter, title in zip(axes.ravel(), "abcd", titles, strict=True):
         named(panel, letter, title)
     for panel in axes.ravel()[1:]:
-        scale_bar(panel, 20, frame)
+        scale_bar(panel, 20)
     displacement_bar(figure, axes[1:], top)
     return labelled(figure, params)
 

@@ -8,6 +8,9 @@ const TURN_RAD = Math.PI / 18, ZOOM = 1.15, STEEPEST_RAD = 1.5, NEAREST = 0.3, F
 // The colours of the figures of tracked surfaces: light where nothing moves, so that shading shows.
 const MOVED = [[0, "#D3DEE8"], [1 / 3, "#F2C48D"], [2 / 3, "#D55E00"], [1, "#7A1F0A"]];
 const SKIN = [[0, "#A8BACC"], [1, "#A8BACC"]], BOTH_WAYS = [[0, "#005EA8"], [0.5, "#F5F5F0"], [1, "#D55E00"]];
+const LIGHT = {
+  lighting: { ambient: 0.75, diffuse: 0.6, specular: 0.05, roughness: 0.9 }, lightposition: { x: 0, y: -1e4, z: 2e4 },
+};
 let shown = null;
 
 function bytes(text) {
@@ -64,7 +67,9 @@ function axis(title, range, share) {
   return { title: { text: title }, range, nticks, showspikes: false, gridcolor: css("--line"), zeroline: false };
 }
 
-// Room for all frames, so that nothing jumps while frames go by.
+// Room for all frames, so that nothing jumps while frames go by, and so much more, as a part of the longest, that the
+// box' sides lie clear of flat surfaces and marks on them are inside.
+const ROOM = 0.04;
 function extents(view) {
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   view.decoded.forEach((step, index) => {
@@ -72,7 +77,8 @@ function extents(view) {
     if (step < low[k]) low[k] = step;
     if (step > high[k]) high[k] = step;
   });
-  return low.map((step, k) => [step, high[k]].map((end) => view.middle_mm[k] + view.step_mm * end));
+  const room = ROOM * Math.max(...high.map((end, k) => end - low[k]));
+  return low.map((step, k) => [step - room, high[k] + room].map((end) => view.middle_mm[k] + view.step_mm * end));
 }
 
 // True to scale, and each object as large as the window shows.
@@ -96,16 +102,38 @@ function look(view) {
   };
 }
 
+function bar(text) {
+  return { title: { text, side: "right" }, thickness: 16, len: 0.8 };
+}
+
+// A map of stiffness: its value or the half-width of its interval on the surface, and the points.
+function mapped(view) {
+  const { value, low, high, names, places } = view.map, [i, j, k] = view.corners, count = view.vertices;
+  const half = document.querySelector("[name=mapped]:checked").value === "half";
+  const field = half ? value.map((one, at) => (50 * (high[at] - low[at])) / one) : value;
+  const text = value.map((one, at) =>
+    `${at < count ? "" : `point ${names[at - count]}: `}${one.toFixed(1)} kPa (${low[at].toFixed(1)} to ${high[at].toFixed(1)})`);
+  const [cmin, cmax] = half ? [0, field.slice(0, count).reduce((one, other) => Math.max(one, other))] : view.map.ends;
+  const look = { hovertemplate: "%{text}<extra></extra>" }, scale = { colorscale: "Cividis", cmin, cmax };
+  const [x, y, z] = [0, 1, 2].map((axis) => places.map((place) => place[axis]));
+  // The points' own uncertainties are beside the map's: they are not coloured by them.
+  const colour = half ? { color: "#1a1a1a" } : { color: value.slice(count), ...scale };
+  return [
+    { type: "mesh3d", ...frameOf(view, 0), i, j, k, ...LIGHT, ...look, ...scale, intensity: field.slice(0, count),
+      text: text.slice(0, count), colorbar: bar(half ? "Half-width of the interval (%)" : "Effective E* (kPa)") },
+    { type: "scatter3d", mode: "markers", x, y, z, text: text.slice(count), ...look,
+      marker: { size: Math.max(4, scene.clientWidth / 130), line: { width: 2, color: "#fff" }, ...colour } },
+  ];
+}
+
 function traces(view, frame) {
+  if (view.map) return mapped(view);
   const [i, j, k] = view.corners, what = colouredBy(view), surface = what === "surface";
-  const bar = (text) => ({ title: { text, side: "right" }, thickness: 16, len: 0.8 });
   const drawn = [{
     type: "mesh3d", ...frameOf(view, frame), i, j, k,
     colorscale: surface ? MOVED : SKIN, cmin: 0, cmax: view.largest_mm, showscale: surface,
     colorbar: bar("Displacement (mm)"), hoverinfo: surface ? "text" : "skip",
-    lighting: { ambient: 0.75, diffuse: 0.6, specular: 0.05, roughness: 0.9 },
-    lightposition: { x: 0, y: -1e4, z: 2e4 },
-    hovertemplate: "%{intensity:.2f} mm<extra></extra>",
+    ...LIGHT, hovertemplate: "%{intensity:.2f} mm<extra></extra>",
   }];
   if (surface) return drawn;
   const values = valuesOf(view, frame, what), there = values.flatMap((one, at) => (one === null ? [] : [at]));
@@ -121,8 +149,8 @@ function traces(view, frame) {
 function draw(frame) {
   shown.at = frame;
   slider.value = frame;
-  const text = shown.frames[frame];
-  document.getElementById("told").textContent = frame === shown.deepest_frame ? `${text}, maximum depth` : text;
+  const text = shown.frames[frame], deepest = frame === shown.deepest_frame && !shown.map;
+  document.getElementById("told").textContent = deepest ? `${text}, maximum depth` : text;
   return Plotly.react(scene, traces(shown, frame), look(shown), {
     responsive: true, displaylogo: false, displayModeBar: false, scrollZoom: true,
   });
@@ -132,6 +160,9 @@ function showCapture(number) {
   shown = VIEWS[number];
   decode(shown);
   slider.max = shown.frames.length - 1;
+  for (const one of document.querySelectorAll(".viewer [data-of]")) {
+    one.hidden = !{ map: shown.map, samples: shown.samples, frames: !shown.map }[one.dataset.of];
+  }
   document.querySelectorAll(".of").forEach((one, at) => { one.hidden = at !== number; });
   return draw(shown.at ?? shown.deepest_frame);
 }
@@ -164,7 +195,8 @@ const KEYS = {
 
 document.querySelectorAll("[name=capture]").forEach((input, number) =>
   input.addEventListener("change", () => showCapture(number)));
-document.querySelectorAll("[name=colour]").forEach((input) => input.addEventListener("change", () => draw(shown.at)));
+document.querySelectorAll("[name=colour], [name=mapped]").forEach((input) =>
+  input.addEventListener("change", () => draw(shown.at)));
 slider.addEventListener("input", () => draw(Number(slider.value)));
 scene.addEventListener("keydown", (event) => {
   if (!(event.key in KEYS)) return;
