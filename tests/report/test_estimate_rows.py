@@ -62,15 +62,6 @@ def test_a_hertz_fit_with_doubts_is_not_judged():
     assert found["youngs_modulus_pa"].isna().all() and not found["recommended"].any()
 
 
-def test_one_row_is_recommended_and_none_is_without_a_verdict(summary):
-    assert summary.loc[summary["recommended"], ["method", "point"]].values.tolist() == [
-        ["direct_joint", "all"]
-    ]
-    for name in ("youngs_modulus", "poisson_ratio", "reduced_modulus"):
-        value = f"{name}_pa" if name != "poisson_ratio" else name
-        assert summary.loc[summary[value].notna(), f"{name}_verdict"].notna().all()
-
-
 OTHER = {"sensor": "bumblebee"}
 
 

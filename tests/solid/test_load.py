@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from floor import floor
 from palpate.solid.laws import lame_from_engineering
 from palpate.solid.load import contact_pressure, contact_triangle, hertz_contact_radius, nodal_force
 from palpate.solid.mesh import quadratic, refine_near, solid_mesh
@@ -12,7 +11,6 @@ from palpate.solid.support import read_support
 from skfem import MeshTet
 from solid_cases import dofs, of_order
 
-FLOOR = floor(1e-6)
 PRESS = {"indenter_radius_m": 0.006, "depth_m": 0.004}
 TOP = np.array([0.05, 0.05, 0.1])
 DOWN = np.array([0, 0, -1.0])

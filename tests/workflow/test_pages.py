@@ -98,35 +98,14 @@ def test_pages_say_that_captures_are_simulated(made):
 
 
 @in_a_browser
-def test_the_object_is_drawn(objects):
-    scene = seen(objects)
-    assert np.mean(np.any(scene < 250, axis=2)) > 0.05
-    assert len(np.unique(scene.reshape(-1, 3), axis=0)) > 100
-    untroubled(objects)
-
-
-@in_a_browser
 def test_it_turns_on_a_drag(objects):
     before, eye = seen(objects), objects.run(EYE)
+    assert np.mean(np.any(before < 250, axis=2)) > 0.05
     objects.drag("#scene", 60)
     turned = objects.until(EYE_AWAY_FROM, eye)
     assert np.linalg.norm(turned) == pytest.approx(np.linalg.norm(eye), rel=0.05)
     assert changed(before, seen(objects)) > 0.02
     untroubled(objects)
-
-
-@in_a_browser
-def test_it_turns_and_grows_by_keys(objects):
-    eye = np.array(objects.run(EYE))
-    objects.press("#scene", "\ue012")
-    turned = np.array(objects.run(EYE))
-    assert turned[2] == pytest.approx(eye[2])
-    angle = np.degrees(np.arctan2(*turned[1::-1]) - np.arctan2(*eye[1::-1]))
-    assert angle == pytest.approx(-10)
-    objects.press("#scene", "+")
-    assert np.linalg.norm(objects.run(EYE)) == pytest.approx(np.linalg.norm(eye) / 1.15)
-    objects.press("#scene", "0")
-    np.testing.assert_allclose(objects.run(EYE), eye)
 
 
 @in_a_browser
@@ -148,7 +127,7 @@ def test_frames_and_captures_change(objects):
 
 
 @in_a_browser
-def test_the_report_lists_chapters_and_opens_a_figure(report):
+def test_the_report_lists_chapters_and_opens_a_figure_and_a_table(report):
     assert "Foam block" in report.run("return document.querySelector('.estimates').textContent")
     names = report.run(NAMED)
     assert {"3 Models and simulation", "4 Seeing", "5 Experiments", "This run"} <= set(names)
@@ -158,11 +137,6 @@ def test_the_report_lists_chapters_and_opens_a_figure(report):
     report.until(CLICK_IN_ROW, "Figure 5.\u200a2:", 1)
     report.until("return document.body.textContent.includes('the fit of Eq. 5.1')")
     assert "(simulated)" in report.run("return document.body.textContent")
-    untroubled(report)
-
-
-@in_a_browser
-def test_the_report_shows_a_table(report):
     assert report.run(CLICK, "This run")
     report.until(CLICK_IN_ROW, "Summary", 0)
     report.until("return document.querySelector('iframe')")
