@@ -43,13 +43,6 @@ def direct_rows(*of):
     return pd.DataFrame(estimate_rows.direct_rows(*of))
 
 
-@pytest.fixture
-def summary():
-    singles, joints = [estimate(22000.0, 0.4, 1000.0)], [estimate(20500.0, 0.31, 1000.0)]
-    direct = estimate_rows.direct_rows([CAPTURE], singles, [GROUP], joints)
-    return estimate_rows.summary([*direct, *estimate_rows.hertz_rows([CAPTURE], [fit()])])
-
-
 def test_a_hertz_fit_with_doubts_is_not_judged():
     fits = fit(), fit(["no layer"])
     found = estimate_rows.summary([*estimate_rows.hertz_rows([CAPTURE] * 2, fits)])

@@ -1,4 +1,4 @@
-"""All objects on one axis, tracked surfaces as the viewer gets them, and bad input."""
+"""All objects in a table, and tracked surfaces as the viewer gets them."""
 
 import base64
 

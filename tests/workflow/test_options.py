@@ -1,4 +1,4 @@
-"""Options: what people write, its models, and what takes a block apart know the same keys."""
+"""Options: their defaults, what people write, and what no option is."""
 
 import pytest
 import yaml

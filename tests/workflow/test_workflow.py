@@ -1,4 +1,4 @@
-"""Snakemake itself: discovery, refusals, re-runs, the sample end to end, its truth, artefacts."""
+"""Snakemake itself: discovery, refusals, re-runs, the sample end to end, its truth."""
 
 import json
 import os
