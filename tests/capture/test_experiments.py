@@ -7,11 +7,9 @@ import pandas as pd
 import pytest
 import yaml
 from palpate.capture.discover import (
-    CAPTURE_NAME,
     CaptureId,
     discover,
     folder_fingerprint,
-    sensor_folders,
     stamp,
 )
 from palpate.capture.experiments import check_experiment
@@ -152,25 +150,6 @@ def test_finds_captures_in_order_and_passes_over_the_rest(tmp_path):
         CaptureId("foam_block", "kinect", "08"),
         CaptureId("foam_block", "kinect", "11-a03"),
     ]
-
-
-def test_what_stands_in_an_objects_folder(tmp_path):
-    for name in ("kinect/background", "kinect/b2", "kinect/A1", "kinect/.part-x", "zed/1", "scans"):
-        (tmp_path / name).mkdir(parents=True)
-    kinect, zed = sensor_folders(tmp_path)
-    assert kinect.folder == tmp_path / "kinect" and kinect.has_background
-    assert [place.name for place in kinect.contents] == ["background", "A1", "b2"]
-    assert zed.contents == zed.captures == (tmp_path / "zed/1",)
-    assert sensor_folders(tmp_path / "raw") == () and discover(tmp_path / "raw") == []
-    assert not zed.has_background and zed.background == tmp_path / "zed/background"
-
-
-def test_a_captures_name_begins_with_its_point():
-    for name, point in {"08": "08", "11-a03": "11", "p1": "p1"}.items():
-        assert CaptureId("foam_block", "kinect", name).point == point
-        assert CAPTURE_NAME.fullmatch(name)
-    for name in ("08-b", "08-a", "08-second try", "08_a1", "-a1", "08-a1-a2"):
-        assert not CAPTURE_NAME.fullmatch(name)
 
 
 @pytest.fixture
