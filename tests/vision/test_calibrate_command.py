@@ -60,6 +60,12 @@ def test_one_camera(folders, given):
     fits(blocks)
 
 
+def test_a_turned_board_is_the_same_board(folders, given):
+    known = given(folders[0], *BOARD)[1]["color"]
+    turned = given(folders[0], "--inner-corners", "6x9", "--square-mm", "30")[1]["color"]
+    assert turned["fx_px"] == pytest.approx(known["fx_px"], abs=0.1)
+
+
 def test_colour_and_depth(folders, capsys, tmp_path):
     out = tmp_path / "sensor.yaml"
     arguments = (*folders, *BOARD, "--kind", "depth", "--sensor", "bench", "--output", out)
