@@ -142,18 +142,6 @@ class Browser:
         text = self.ask("GET", f"/element/{self.element(css)}/screenshot")
         return base64.b64decode(text)
 
-    def drag(self, css, across, *, steps=5):
-        """Drag sideways from the middle of an element, as a hand does: little by little."""
-        self._point(_move({ELEMENT: self.element(css)}, 0), _move("pointer", 1))
-        self._point({"type": "pointerDown", "button": 0})
-        for _ in range(steps):
-            self._point(_move("pointer", across // steps))
-        self._point({"type": "pointerUp", "button": 0})
-
-    def _point(self, *actions):
-        mouse = {"type": "pointer", "id": "mouse", "actions": actions}
-        self.ask("POST", "/actions", {"actions": [mouse]})
-
     def errors(self):
         """What scripts complained of since the last look."""
         lines = self.ask("POST", "/se/log", {"type": "browser"})
@@ -168,7 +156,3 @@ class Browser:
             for event in events
             if event["method"] == "Network.requestWillBeSent"
         ]
-
-
-def _move(origin, across):
-    return {"type": "pointerMove", "origin": origin, "x": across, "y": 0, "duration": 50}

@@ -19,9 +19,3 @@ def test_the_example_runs(root, monkeypatch, name):
     said = []
     failed, tried = doctest.DocTestRunner(verbose=False).run(example, out=said.append)
     assert tried > 5 and not failed, "".join(said)
-
-
-def test_all_examples_are_run(root):
-    assert {path.stem for path in (root / "docs/examples").iterdir()} == {
-        p.values[0] for p in PAGES
-    }

@@ -24,16 +24,6 @@ def test_it_is_read_right(manner, tmp_path):
     assert low < found.reduced_modulus_pa < high
 
 
-def test_what_was_found_is_said_in_a_line(tmp_path):
-    path = tmp_path / "curve.txt"
-    path.write_bytes(MANNERS["retract, everything at once"].content())
-    assert read_curve(path).read == (
-        "utf-16, ; as delimiter, decimal commas, 12 lines of preamble, depth in mm (Weg), force in"
-        " mN (Kraft), depth sign turned, force sign turned, 681 samples: 281 of loading, 120 of"
-        " hold, 280 of retract; the loading is fitted"
-    )
-
-
 READ = {
     # A nanoindenter's contact depth is not its indentation's.
     "Displacement Into Surface (mm),Load (N),Contact Depth (mm)": "mm (Displacement Into Surface)",

@@ -96,22 +96,6 @@ def test_several_curves_are_a_table(plain, tmp_path, capsys):
     assert figure.stat().st_size > 10_000
 
 
-def test_what_was_chosen_and_what_it_depends_on_is_said(plain, capsys):
-    assert main(["hertz", str(plain), *BALL]) == 0
-    text = capsys.readouterr().out
-    assert "sneddon, since the indentation is 0.201 radii deep (above 0.1)" in text
-    assert re.search(r"depends on: by parabola E\* would be [\d.]+ kPa \(-\d", text)
-    assert main(["hertz", str(plain), "--radius-mm", "5000"]) == 0
-    assert "radii deep: is the unit of the radius another?" in capsys.readouterr().out
-
-
-def test_radii_of_bodies_go_together(plain, capsys):
-    flat = fitted(plain, capsys, *PARABOLA)["reduced_modulus_pa"]
-    curved = fitted(plain, capsys, "--object-radius-mm", "5", *PARABOLA)
-    assert curved["effective_radius_m"] == pytest.approx(0.0025)
-    assert curved["reduced_modulus_pa"] == pytest.approx(np.sqrt(2) * flat)
-
-
 def test_a_real_curve_as_another_program_fits_it(root, capsys):
     """E by nanite 4.2.3: paraboloid, whole approach, contact and baseline free."""
     folder = root / "tests/real/curves"
@@ -294,16 +278,6 @@ def test_a_fit_without_an_indentation_is_rejected(tmp_path, capsys):
     force = np.where(depth > 4.95, 1.0, 1 - 0.19 * depth)
     line = rejected(written(tmp_path, "depth_mm,force_n", depth, force), capsys, *BALL)
     assert re.search("contact: expected 3 samples or more|force: expected a rise", line), line
-
-
-def test_samples_without_weight_count_for_nothing():
-    depth, force = indentation()
-    kept = np.random.default_rng(2).random(len(depth)) < 0.2
-    given = hertz.fit(depth, force, radius_m=RADIUS_M, weights=kept.astype(float))
-    alone = hertz.fit(depth[kept], force[kept], radius_m=RADIUS_M)
-    assert given.reduced_modulus_interval_pa == pytest.approx(alone.reduced_modulus_interval_pa)
-    with pytest.raises(ValueError, match="weights: expected one from 0"):
-        hertz.fit(depth, force, radius_m=RADIUS_M, weights=np.zeros(len(depth)))
 
 
 def test_intervals_allow_for_noise_that_drifts():

@@ -57,14 +57,6 @@ def test_a_press_along_the_surface_is_doubtful(cube):
     assert line.endswith("found 79")
 
 
-def test_scans_are_counted(cube):
-    folder, spec = cube
-    (folder / "scans").mkdir()
-    (folder / "scans/a.ply").touch()
-    spec["template"] = {"scans": "scans", "unit": "m", "vertices": 100, "spacing_m": 0.001}
-    assert examine_template(folder, spec).found == ("template: of 1 scans",)
-
-
 def pressed(*, rate=500, peak=2.0, start=1.0, seconds=4.0, noise=0.01, sideways=0.0):
     """A record that rests, is pushed sideways, ramps up and holds; the sensor hangs upside down."""
     time = np.arange(0, seconds, 1 / rate)
@@ -169,12 +161,6 @@ def test_what_only_alignment_and_first_contact_tell(own, devices, spoil, by, lin
     spoil(*devices, by)
     (found,) = examine_object(own, *devices).wrong
     assert re.search(line, found), found
-
-
-def test_contents_wait_for_a_right_description(own, devices):
-    (own / "object.yaml").write_text("object: cow\n")
-    found = examine_object(own, *devices)
-    assert found.wrong and not found.found
 
 
 def test_a_sensor_without_captures(own, devices):

@@ -7,11 +7,9 @@ import pandas as pd
 import pytest
 import yaml
 from palpate.capture.discover import (
-    CAPTURE_NAME,
     CaptureId,
     discover,
     folder_fingerprint,
-    sensor_folders,
     stamp,
 )
 from palpate.capture.experiments import check_experiment
@@ -93,12 +91,6 @@ def test_too_few_pairs_and_one_of_another_size(calibration, kinect):
     assert size.endswith("000002.png: infrared: expected 640 x 480 pixels, found 320 x 240")
 
 
-def test_a_point_without_frames(workspace, kinect):
-    shutil.rmtree(workspace / "02")
-    [line] = check_experiment(workspace, kinect)
-    assert line.endswith("02/frames.csv: file: expected a CSV table, found nothing")
-
-
 def test_a_stereo_heads_cameras_are_left_and_right(calibration, root):
     sensor = yaml.safe_load((root / "tests/sample/sensors/bumblebee.yaml").read_text())
     sensor["color"] |= {"width_px": 640, "height_px": 480}
@@ -117,19 +109,24 @@ def test_an_unknown_experiment(tmp_path, kinect):
     assert f"expected one of {known}" in line
 
 
-@pytest.mark.parametrize("text", ["", "- simulated\n", "provenance: maybe\n"])
-def test_a_recording_of_unknown_provenance(workspace, kinect, text):
-    (workspace / "recording.yaml").write_text(text)
-    [line] = check_experiment(workspace, kinect)
-    assert "recording.yaml: provenance: expected recorded or simulated" in line
+POINTS = ([1, 1], [1.4, 2], [-1, 2], [1e300, 2])
+GRIDS = ["point,row,column,x_m,y_m\n" + "".join(f"{k},1,1,0,0\n" for k in one) for one in POINTS]
 
 
-@pytest.mark.parametrize("points", [[1, 1], [1.4, 2], [-1, 2], [1e300, 2]])
-def test_points_that_are_no_numbers_of_folders(workspace, kinect, points):
-    rows = "".join(f"{point},1,1,0,0\n" for point in points)
-    (workspace / "grid.csv").write_text("point,row,column,x_m,y_m\n" + rows)
-    [line] = check_experiment(workspace, kinect)
-    assert "grid.csv: point: expected whole numbers from 1, each once" in line
+@pytest.mark.parametrize(
+    ("file", "texts", "line"),
+    [
+        ("02/frames.csv", [None], "frames.csv: file: expected a CSV table, found nothing"),
+        ("recording.yaml", ["", "- simulated\n", "provenance: maybe\n"],
+         "recording.yaml: provenance: expected recorded or simulated"),
+        ("grid.csv", GRIDS, "grid.csv: point: expected whole numbers from 1, each once"),
+    ],
+)  # fmt: skip
+def test_a_workspace_that_makes_no_sense(workspace, kinect, file, texts, line):
+    for text in texts:
+        (workspace / file).unlink() if text is None else (workspace / file).write_text(text)
+        [found] = check_experiment(workspace, kinect)
+        assert line in found
 
 
 def test_finds_captures_in_order_and_passes_over_the_rest(tmp_path):
@@ -152,25 +149,6 @@ def test_finds_captures_in_order_and_passes_over_the_rest(tmp_path):
         CaptureId("foam_block", "kinect", "08"),
         CaptureId("foam_block", "kinect", "11-a03"),
     ]
-
-
-def test_what_stands_in_an_objects_folder(tmp_path):
-    for name in ("kinect/background", "kinect/b2", "kinect/A1", "kinect/.part-x", "zed/1", "scans"):
-        (tmp_path / name).mkdir(parents=True)
-    kinect, zed = sensor_folders(tmp_path)
-    assert kinect.folder == tmp_path / "kinect" and kinect.has_background
-    assert [place.name for place in kinect.contents] == ["background", "A1", "b2"]
-    assert zed.contents == zed.captures == (tmp_path / "zed/1",)
-    assert sensor_folders(tmp_path / "raw") == () and discover(tmp_path / "raw") == []
-    assert not zed.has_background and zed.background == tmp_path / "zed/background"
-
-
-def test_a_captures_name_begins_with_its_point():
-    for name, point in {"08": "08", "11-a03": "11", "p1": "p1"}.items():
-        assert CaptureId("foam_block", "kinect", name).point == point
-        assert CAPTURE_NAME.fullmatch(name)
-    for name in ("08-b", "08-a", "08-second try", "08_a1", "-a1", "08-a1-a2"):
-        assert not CAPTURE_NAME.fullmatch(name)
 
 
 @pytest.fixture

@@ -164,17 +164,6 @@ def test_a_wider_window_takes_pairs_that_are_far_apart(kind, tmp_path, capsys):
     assert_same(target, film)
 
 
-def test_a_narrower_window(tmp_path, capsys):
-    film = stand_in(frames=12)
-    late = film.depth_ns + np.arange(12) * 100_000
-    bag = ros1(tmp_path, replace(film, depth_ns=late))
-    assert bring(bag, tmp_path / "raw/block/camera/08", "--pairing-ms", "3.75") == 0
-    line = "7 of 12 images have no depth image within 3.75 ms, left out, the first at"
-    assert line in (said := capsys.readouterr().out)
-    assert "; of 7 the nearest is 3.9 to 4.5 ms away (--pairing-ms)" in said
-    assert len(read_frames(tmp_path / "raw/block/camera/08")) == 5
-
-
 def test_the_lens_of_a_folder(tmp_path):
     film, lens = stand_in(), ["0.2624", "-0.9531", "-5e-05", "0.0026", "1.1633"]
     options = [*options_for(tum, tmp_path, film), "--distortion", *lens]

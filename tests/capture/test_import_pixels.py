@@ -238,16 +238,6 @@ def test_rectified_images_have_the_optics_of_the_projection(tmp_path):
 K = np.array([640.0, 0, 645, 0, 640, 361, 0, 0, 1])
 
 
-def test_pairs_halfway_and_out_of_order():
-    times = np.arange(6) * 100
-    pairs = paired(times, times + 50)
-    assert pairs.color.tolist() == pairs.depth.tolist() == [0, 1, 2, 3, 4, 5]
-    order = np.array([3, 0, 5, 1, 4, 2])
-    pairs = paired(times[order], times)
-    assert times[order][pairs.color].tolist() == times.tolist()
-    assert times[pairs.depth].tolist() == times.tolist()
-
-
 def test_stamps_that_do_not_move():
     with pytest.raises(ValueError, match="color: stamps: expected times that move, found 0"):
         paired(np.zeros(5, int), np.arange(5))

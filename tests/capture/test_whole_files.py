@@ -96,16 +96,6 @@ def test_what_a_killed_writer_left_is_removed(root, tmp_path):
     assert os.listdir(deep) == ["kept.csv"]
 
 
-def test_parts_of_another_run_stay(tmp_path):
-    for place in (tmp_path, tmp_path / "other"):
-        place.mkdir(exist_ok=True)
-        (place / "lock").touch()
-        (place / ".part-0-a.csv").touch()
-    remove_parts(tmp_path, unless="lock")
-    assert sorted(os.listdir(tmp_path)) == ["lock", "other"]
-    assert sorted(os.listdir(tmp_path / "other")) == [".part-0-a.csv", "lock"]
-
-
 def test_what_is_kept_never_moves(tmp_path):
     """Not even where the folder is a link, and where the block fails."""
     there = tmp_path / "there"
@@ -131,18 +121,6 @@ def test_a_full_disk_names_the_file(tmp_path, number):
     with pytest.raises(OSError, match=f"{words}: .*a.csv"), whole_file(tmp_path / "a.csv"):
         raise OSError(number, words)
     assert not os.listdir(tmp_path)
-
-
-def test_a_full_disk_elsewhere_is_not_this_file(tmp_path):
-    with pytest.raises(OSError, match="'b.log'"), whole_file(tmp_path / "a.csv"):
-        raise OSError(errno.ENOSPC, "No space left on device", "b.log")
-
-
-def test_a_block_that_writes_nothing_leaves_what_was_there(tmp_path):
-    (tmp_path / "a.csv").write_text("old")
-    with pytest.raises(FileNotFoundError), whole_file(tmp_path / "a.csv"):
-        pass
-    assert (tmp_path / "a.csv").read_text() == "old"
 
 
 def test_files_are_whole_or_absent(tmp_path):
@@ -193,19 +171,6 @@ def test_a_table_as_written_is_what_is_read_back(tmp_path):
     assert not table.equals(found) and found["fx_n"].to_numpy() == pytest.approx(
         forces_n, rel=1e-8, abs=0
     )
-
-
-def test_failed_write_leaves_the_old_table(tmp_path):
-    class Broken(pd.DataFrame):
-        def to_csv(self, part, **options):
-            part.write_text("half")
-            raise RuntimeError
-
-    write_frames(tmp_path, frames_table())
-    before = (tmp_path / "frames.csv").read_bytes()
-    with pytest.raises(RuntimeError):
-        write_frames(tmp_path, Broken(frames_table()))
-    assert [path.read_bytes() for path in tmp_path.iterdir()] == [before]
 
 
 @pytest.mark.parametrize(

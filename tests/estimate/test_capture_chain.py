@@ -160,27 +160,6 @@ def on_top(found):
     return np.isclose(found.cell_m[:, 2], TOP_M)
 
 
-def test_depths_forces_and_displacements_are_those_of_the_capture(plain, synthetic, record):
-    options = Fit()
-    assert plain.depth_m == pytest.approx(DEPTH_M[plain.frames], abs=4 * TIP_STD_M)
-    rate = np.gradient(DEPTH_M, TIME_S)[plain.frames]
-    assert plain.speed_m_s == pytest.approx(rate, abs=4 * TIP_STD_M * 15)
-    assert plain.force_n == pytest.approx(force_n(DEPTH_M, synthetic.radius_m), abs=4 * NOISE_N)
-    assert plain.force_std_n == pytest.approx(NOISE_N, rel=0.5)
-    assert np.rad2deg(plain.oblique_rad) < 1
-    seen = sunk_m(plain.cell_m, DEPTH_M[plain.frames], synthetic.radius_m) * on_top(plain)
-    assert np.array_equal(plain.moved_m, seen)
-    # A frame's own noise of 30 um, and of the rest 40 um.
-    assert plain.noise_std_m == pytest.approx(np.full(seen.shape, 5e-5))
-    assert [plain.clock_expected_s, plain.clock_std_s] == [CLOCK_S, 0.02]
-    assert plain.offset_std_m == pytest.approx(np.hypot(TIP_STD_M, options.offset_std_m))
-    assert plain.place_std_m == pytest.approx(np.sqrt(0.75) * options.place_std_m)
-    covariance = (0.5 * options.place_std_m) ** 2 * np.eye(3)
-    (root,) = plain.shared_roots_m.values()
-    assert root @ root.T == pytest.approx(covariance, abs=1e-12)
-    assert plain.tip_std_m == TIP_STD_M
-
-
 def test_a_force_across_and_a_compliant_probe(direct, record, synthetic, plain):
     """The one is no force along, the other goes in less than its target goes down."""
     across = 0.5 * synthetic.camera_from_object[:3, 0]

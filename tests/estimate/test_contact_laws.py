@@ -132,13 +132,3 @@ def test_finite_strain_against_finite_elements():
     assert (np.diff(ratios) < 0).all()
     with pytest.raises(ValueError, match="nu: expected a Poisson's ratio from 0 to 0.5, found 0.6"):
         laws.finite_strain_factor(depth, 0.6)
-
-
-def test_models_that_are_refused():
-    base = {"radius_m": R, "thickness_m": 0.05, "nu": 0.3}
-    with pytest.raises(ValueError, match="indenter: expected one of parabola, sneddon, found cone"):
-        laws.contact_law("cone", "bonded", **base)
-    with pytest.raises(ValueError, match="support: expected one of half_space, bonded, not_bonded"):
-        laws.layer_factor(0.1, 0.3, "glued")
-    with pytest.raises(ValueError, match="nu: expected a Poisson's ratio from 0 to 0.5, found 0.7"):
-        laws.layer_factor(0.1, 0.7, "bonded")

@@ -7,8 +7,7 @@ import pytest
 import trimesh
 from floor import floor
 from made_up_indentation import displacement_of
-from palpate.estimate.direct.contact import Contact, depth_along, object_from_table, unloaded
-from palpate.estimate.direct.indentation import SupportAxes
+from palpate.estimate.direct.contact import Contact, depth_along, object_from_table
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.estimate.direct.table import sample_table
@@ -115,11 +114,6 @@ def test_noise_is_that_of_frames_without_load(rate_hz, above_m):
     assert least == pytest.approx(options.least_force_share * force.max(), rel=0.25)
 
 
-def test_a_tip_that_never_rests_has_its_first_frames():
-    depth, force = np.linspace(-0.002, 0.006, 20), np.linspace(-0.1, 2, 20)
-    assert list(unloaded(depth, force)) == [0, 1, 2]
-
-
 @pytest.mark.parametrize("off_m", [0.0, 0.006])
 def test_where_a_sphere_first_touched_is_found_from_the_deepest_frames(off_m):
     """A path that is tilted goes on along the surface: the deep half of it counts.
@@ -143,30 +137,6 @@ def test_a_base_is_broad_compared_with_the_height_of_the_contact(height_m, conta
     column = trimesh.creation.box((0.04, 0.04, 0.1)).apply_translation([0, 0, 0.05])
     surface = np.array(column.vertices), np.array(column.faces)
     assert floor(1e-3, contact=contact).is_broad(*surface, height_m * UP) == broad
-
-
-def test_an_unbonded_object_sinks_along_its_support_and_turns_about_its_base():
-    samples = np.array([[0.0, 0.0, 0.1], [0.03, 0.0, 0.05], [0.0, 0.04, 0.02]])
-    normals = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.6, 0.8]])
-    options = Fit(sinking_std_m=1e-5, rocking_std_rad=2e-4)
-
-    def axes(contact_m, direction, contact="resting"):
-        given = {"support": floor(1e-3, contact=contact), "options": options}
-        return SupportAxes.of(samples, normals, contact_m=contact_m, direction=direction, **given)
-
-    found = axes(samples[0], DOWN)
-    assert found.samples_m[:, 0] == pytest.approx([-1, 0, -0.8])
-    assert found.tip_m == pytest.approx([1, 0, 0])
-    # A small turn about the horizontal axes moves samples across them as far as they are high.
-    turned = np.cross(np.eye(3)[:2, None], samples)
-    of_axes = np.abs((turned * normals).sum(axis=-1)).T
-    assert np.sort(np.abs(found.samples_m[:, 1:])) == pytest.approx(np.sort(of_axes))
-    assert found.std == pytest.approx([1e-5, 2e-4, 2e-4])
-    # Indented from the side it does not sink along the indentation, and turns by its height.
-    found = axes(samples[1], np.array([-1.0, 0, 0]))
-    assert found.tip_m[0] == pytest.approx(0)
-    assert np.linalg.norm(found.tip_m[1:]) == pytest.approx(0.05)
-    assert not axes(samples[0], DOWN, "bonded").std.any()
 
 
 def table_of(mesh, point):

@@ -10,17 +10,14 @@ from made_up_indentation import (
     EXACT_TABLE,
     OPTIONS,
     RADIUS_M,
-    RELAXATION_TIMES_S,
     indentation_of,
     made_up_table,
     random_cells,
 )
 from palpate import direct
 from palpate.estimate.direct.estimate import estimate_direct
-from palpate.estimate.direct.indentation import SHARED
-from palpate.estimate.direct.quantities import NAMES, quantities_of
+from palpate.estimate.direct.quantities import NAMES
 from palpate.estimate.direct.result import regions_of
-from palpate.estimate.relaxation import relaxed_share
 
 
 def estimate(*captures, options=OPTIONS):
@@ -52,30 +49,6 @@ def test_what_was_measured_and_what_was_fitted(found):
     assert np.nanmedian(np.abs(left) / expected) == pytest.approx(0.67, abs=0.05)
 
 
-def test_moduli_and_their_slopes(found):
-    best, options = found.solution, OPTIONS.changed(effective_depth_m=0.004)
-
-    def at(vector):
-        return quantities_of(replace(best, vector=vector, options=options), radius_m=RADIUS_M)
-
-    here, p = at(best.vector), best.parameters[0]
-    for k in range(SHARED + len(RELAXATION_TIMES_S)):
-        step = 1e-5 * np.eye(len(best.vector))[k]
-        slope = (at(best.vector + step).values - at(best.vector - step).values) / 2e-5
-        assert here.slopes[:, k] == pytest.approx(slope, rel=1e-4, abs=1e-6)
-    left = 1 - relaxed_share(1.0, fractions=p.fractions, times_s=np.array(RELAXATION_TIMES_S))
-    harder = (0.4 - 0.4 * p.poisson_ratio) * np.sqrt(0.004 / 0.009)
-    star = np.log(p.youngs_modulus_pa / (1 - p.poisson_ratio**2))
-    values = dict(zip(NAMES, here.values, strict=True))
-    assert values["youngs_modulus_1s_pa"] == pytest.approx(np.log(p.youngs_modulus_pa * left))
-    expected = star + p.force_law * harder + np.log(left)
-    assert values["effective_reduced_modulus_pa"] == pytest.approx(expected, abs=1e-3)
-    # By default at 0.7 of the maximum depth, where the strain is a fifth of the contact radius's.
-    depth = found.quantities.depth_m
-    assert depth == pytest.approx(0.7 * (best.indentations[0].depth_m.max() + p.offset_m))
-    assert found.to_dict()["effective"]["strain"] == pytest.approx(0.2 * np.sqrt(depth / RADIUS_M))
-
-
 def test_the_budget_is_the_covariance(found):
     """Contributions add up in squares to what the normal equations say of the moduli."""
     slopes, budget = found.quantities.slopes, found.budget
@@ -88,13 +61,6 @@ def test_the_budget_is_the_covariance(found):
     assert np.linalg.norm(parts) == pytest.approx(budget.std[0])
     product = rows["sensitivity_poisson_ratio"] * rows["standard_uncertainty"]
     assert product.to_numpy() == pytest.approx(rows["contribution_poisson_ratio"].to_numpy())
-
-
-def test_an_estimate_that_another_excludes(found):
-    assert found.beside([]).to_dict() == found.to_dict() and not found.warnings
-    excluded = found.beside(["another excludes it"])
-    assert excluded.warnings == ["another excludes it"]
-    assert "identified" not in {one.verdict for one in excluded.moduli.values()}
 
 
 def test_what_the_table_adds_is_no_information_lost_in_the_bound(found):

@@ -1,4 +1,4 @@
-"""Hertz fits of made-up captures: range, depth, models, a wrong zero, forces across."""
+"""Hertz fits of made-up captures: range, models, a wrong zero, forces across."""
 
 from dataclasses import replace
 
@@ -104,24 +104,6 @@ def test_friction_across_the_press_is_no_stiffness():
     E = [best(one)["reduced_modulus_pa"] for one in (straight, across)]
     E += [fit_model(one, OPTIONS, **MODEL).reduced_modulus_pa for one, _ in (straight, across)]
     assert E[1::2] == pytest.approx(E[::2], rel=0.005)
-
-
-def test_what_a_capture_s_record_says():
-    """The zero is known by tip and alignment, the force's scatter is that at rest, with no mean."""
-    indentation, _ = pressed()
-    assert indentation.contact_std_m == pytest.approx(np.hypot(TIP_STD_M, Hertz().offset_std_m))
-    assert indentation.frame_std_m == TIP_STD_M
-    assert indentation.force_std_n == pytest.approx(NOISE_N, rel=0.4)
-    assert indentation.depth_m == pytest.approx(depths(), abs=4 * TIP_STD_M)
-    assert len(indentation.time_s) == WHOLE
-    indentation, told = pressed(noise_n=0.06)
-    rest = slice(indentation.onset - 1)
-    error = 0.06 / np.sqrt(indentation.onset - 1)
-    assert abs(indentation.force_n[rest].mean()) < 3 * error
-    # What the study's fit and the samples' table have.
-    assert indentation.magnitude_n[rest].mean() > 3 * error
-    kept = np.array(told["samples"]["force_n"])[: len(indentation.force_n)]
-    assert kept == pytest.approx(indentation.magnitude_n)
 
 
 def test_range_is_from_onset_to_where_the_force_falls_or_is_held():

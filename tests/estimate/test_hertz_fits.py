@@ -1,18 +1,15 @@
-"""Fits of E* and contact: exact data, scipy's own fits, coverage, real curves, bad input."""
+"""Fits of E* and contact: exact data, scipy's own fits, coverage, real curves."""
 
 import numpy as np
 import pandas as pd
 import pytest
 from palpate.estimate.hertz.fit import (
-    deviation,
-    effective_samples,
     fit_free_contact,
     fit_known_contact,
-    freedom,
 )
 from palpate.estimate.hertz.laws import contact_law, parabola_force
 from scipy.optimize import curve_fit
-from scipy.stats import norm, t
+from scipy.stats import t
 
 R, TRUTH = 0.00622, 27473.0
 COUNT = 60
@@ -104,31 +101,6 @@ def test_free_contact_is_least_squares_with_its_covariance(case):
         assert found.effective_samples == pytest.approx(COUNT)
 
 
-def test_an_unknown_residual_is_rejected():
-    with pytest.raises(ValueError, match="residual: expected one of force, force_two_thirds"):
-        fit_free_contact(DEPTH, force(), law, residual="energy")
-
-
-def test_known_contact_by_hand():
-    measured = force(contact_m=0.0)
-    unit = law(DEPTH)
-    E = unit @ measured / (unit @ unit)
-    left = measured - E * unit
-    scatter = np.sqrt(left @ left / (COUNT - 1) / (unit @ unit))
-    # A depth that is off by 0.1 mm, by differences a tenth as large.
-    moved = [law(DEPTH + step) for step in (1e-5, -1e-5)]
-    of_depth = -np.diff([unit @ measured / (unit @ unit) for unit in moved])[0] / 2e-5 * 1e-4
-    found = fit_known_contact(DEPTH, measured, law, depth_std_m=1e-4)
-    assert found.reduced_modulus_pa == pytest.approx(E)
-    assert found.reduced_modulus_std_pa == pytest.approx(np.hypot(scatter, of_depth), rel=5e-3)
-    width = np.hypot(t.ppf(0.975, COUNT - 1) * scatter, norm.ppf(0.975) * of_depth) / E
-    ends = E * np.exp(-width), E * np.exp(width)
-    assert found.reduced_modulus_interval_pa == pytest.approx(ends, rel=5e-3)
-    assert found.rms_n == pytest.approx(np.sqrt(np.mean(left**2)))
-    sure = fit_known_contact(DEPTH, measured, law, depth_std_m=0.0)
-    assert sure.reduced_modulus_std_pa == pytest.approx(scatter)
-
-
 def covered(fits):
     """Share of intervals that hold the truth."""
     ends = np.array([fit.reduced_modulus_interval_pa for fit in fits])
@@ -158,22 +130,6 @@ def test_few_independent_samples_make_a_wide_interval():
     forces = (TRUTH * law(depth) + correlated(rng, 200, 0.9, 0.03) for _ in range(300))
     fits = [fit_known_contact(depth, force, law, depth_std_m=0.0) for force in forces]
     assert 0.92 <= covered(fits) <= 0.99
-
-
-def test_independent_samples_of_a_first_order_process():
-    """Its lag-1 autocorrelation r leaves (1 - r)/(1 + r) of them."""
-    rng = np.random.default_rng(2)
-    found = effective_samples(correlated(rng, 20_000, 0.6, 1.0))
-    assert found == pytest.approx(20_000 * 0.4 / 1.6, rel=0.05)
-    assert effective_samples((-1.0) ** np.arange(100)) == 100
-    # By hand: 1, 1, -1, -1 has a lag-1 autocorrelation of 1/4, less its bias of (1 + 1)/4.
-    few = np.array([1.0, 1, -1, -1])
-    assert effective_samples(few) == pytest.approx(4 * 0.25 / 1.75)
-    assert freedom(few, 1) == pytest.approx(4 * 0.75)
-    assert deviation(few, 1) == pytest.approx(np.sqrt(4 / (4 / 7 * 0.75)))
-    # Of a record that goes one way and then the other a correlation of 0.9 or five are left.
-    assert effective_samples(np.repeat([1.0, -1], 10)) == pytest.approx(20 * 0.1 / 1.9)
-    assert effective_samples(np.linspace(-1, 1, 1000)) == pytest.approx(5)
 
 
 def test_more_real_indentation_curves(more_real_data):

@@ -1,4 +1,4 @@
-"""Instantaneous modulus of a relaxing material: times, fit, verdicts and models."""
+"""Instantaneous modulus of a relaxing material: fit, verdicts and models."""
 
 from dataclasses import replace
 
@@ -12,7 +12,6 @@ from palpate.estimate.hertz.options import Beliefs, Hertz
 from palpate.estimate.hertz.relaxation import fit_relaxation, relaxation_times, verdict
 from palpate.estimate.hertz.shape import Shape
 from palpate.estimate.relaxation import relaxed_force, relaxed_share
-from scipy.stats import norm
 
 R, TRUTH, ONSET, DEEPEST = 0.00622, 27473.0, 9, 18
 TERMS = {"fractions": [0.1, 0.08], "times_s": [0.33, 2.0]}
@@ -106,21 +105,6 @@ def test_scale_of_force_and_modulus_is_free():
     one, other = fitted(ours), fitted(bigger)
     assert other.reduced_modulus_pa == pytest.approx(1e3 * one.reduced_modulus_pa, rel=1e-9)
     assert other.fractions == pytest.approx(one.fractions, rel=1e-9)
-
-
-def test_times_span_the_contact_and_the_hold_ends_when_the_probe_rises():
-    times = relaxation_times(np.arange(16) / 6)
-    assert len(times) == 3
-    assert times[[0, -1]] == pytest.approx([1 / 3, 2.5])
-    assert np.ptp(np.diff(np.log(times))) == pytest.approx(0, abs=1e-12)
-    assert len(relaxation_times(np.arange(4) / 6)) == 2
-    assert len(relaxation_times(np.arange(4000) / 100)) == 4
-    depth = np.r_[np.linspace(-1, 8, 10), 8.02, 7.9, 8.0, 7.0, 3.0, 8.0] * 1e-3
-    assert hold_end(depth, 9, frame_std_m=5e-5) == 13
-    assert hold_end(depth, 9, frame_std_m=3e-4) == 14
-    assert hold_end(depth[:13], 9, frame_std_m=5e-5) == 13
-    # Of a late clock the force is highest when the probe has risen.
-    assert hold_end(depth, 13, frame_std_m=5e-5) == 14
 
 
 def estimated(ours, beliefs=BELIEFS, **known):
@@ -235,35 +219,3 @@ def test_laws_of_other_ratios_have_their_say_as_they_fit():
     both = fitted(ours, laws={0.3: LAW, 0.4: lambda depth: R * np.maximum(depth, 0)})
     ends = one.reduced_modulus_interval_pa
     assert both.reduced_modulus_interval_pa == pytest.approx(ends, rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("name", "std"),
-    [
-        ("contact_std_m", 3e-4),
-        ("frame_std_m", 3e-4),
-        ("force_std_n", 0.1),
-        ("law_std", 0.06),
-        ("law_growth_std", 0.1),
-    ],
-)
-def test_what_the_interval_holds(name, std):
-    """Each term by first order; E*, the contact, the law's growth and the baseline are found."""
-    E, depth = 25e3, np.linspace(0.0003, 0.007, 8)
-    law = contact_law("parabola", "half_space", radius_m=R, thickness_m=1.0, nu=0.3)
-    unit, time = law(depth), np.arange(8) / 6
-    sure = Indentation(time, depth, E * unit, E * unit, 0, 7, R, 1.0, 1e-9, 1e-9, 0.05)
-    beliefs = Beliefs(share=0.3, none=1 - 1e-9, law_std=1e-6, law_growth_std=1e-6)
-    if hasattr(sure, name):
-        sure = replace(sure, **{name: std})
-    else:
-        beliefs = beliefs.changed(**{name: std})
-    fit = fit_relaxation(sure, {0.3: law}, times_s=np.array([0.5, 2.0]), beliefs=beliefs)
-    rise = 1.5 * E * unit / depth
-    columns = [E * unit, -rise, E * unit * np.sqrt(depth / R), np.ones(8)]
-    slopes = np.stack(columns) / np.hypot(sure.force_std_n, rise * sure.frame_std_m)
-    stds = [sure.contact_std_m, beliefs.law_growth_std, sure.force_std_n]
-    learnt = np.linalg.inv(slopes @ slopes.T + np.diag([0, *np.power(stds, -2.0)]))[0, 0]
-    half = norm.ppf(0.975) * np.hypot(np.sqrt(learnt), beliefs.law_std)
-    ends = np.log(np.array(fit.reduced_modulus_interval_pa) / fit.reduced_modulus_pa)
-    assert ends == pytest.approx([-half, half], rel=0.03)

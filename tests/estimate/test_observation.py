@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from palpate.estimate.direct.motion import (
     CLEAR_WINDOWS,
-    load_motion,
     observed_motion,
     rest_frames,
-    save_motion,
 )
 from palpate.estimate.direct.options import Observation
 from palpate.surface.alignment import Alignment
@@ -151,20 +149,6 @@ def test_a_cell_that_loses_most_of_its_points_is_not_seen(part):
     lost = np.abs(found.cell_m[:, 0] - 0.04) < 0.008
     assert np.isnan(found.moved_m[-1, lost]).mean() > 0.9
     assert np.isfinite(found.moved_m[-2, lost]).mean() > 0.7
-
-
-def test_a_motion_is_read_as_it_was_written(tmp_path):
-    found, path = motion(clouds(std_m=1e-4)), tmp_path / "motion.npz"
-    save_motion(path, found)
-    again = load_motion(path)
-    for name in vars(found):
-        np.testing.assert_array_equal(getattr(again, name), getattr(found, name))
-    save_motion(path, replace(found, std_m=found.std_m[1:]))
-    with pytest.raises(ValueError, match="std_m: expected shape"):
-        load_motion(path)
-    np.savez(path, cell_m=found.cell_m)
-    with pytest.raises(ValueError, match="normal: expected an array, found none"):
-        load_motion(path)
 
 
 def test_rest_ends_with_the_touch():

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from palpate.estimate.relaxation import (
     elastic_force,
-    elastic_force_derivatives,
     relaxed_force,
     relaxed_share,
 )
@@ -41,35 +40,3 @@ def test_steps_relax_as_the_series_and_ramps_are_exact_whatever_the_sampling():
     time[0], g, tau = 0, 0.3, 0.7
     found = relaxed_force(time, time, fractions=[g], times_s=[tau])
     assert found == pytest.approx(time * (1 - g) - g * tau * np.expm1(-time / tau), rel=1e-12)
-
-
-def test_derivatives_are_those_of_finite_differences():
-    time, force = history(5)
-    found, step = elastic_force_derivatives(time, force, **PRONY), 1e-5
-    for term in range(3):
-        ends = []
-        for sign in (1, -1):
-            fractions = np.array(PRONY["fractions"])
-            fractions[term] += sign * step
-            ends.append(elastic_force(time, force, fractions=fractions, times_s=PRONY["times_s"]))
-        assert found[:, term] == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-8)
-    with pytest.raises(ValueError, match="force_n: expected shape"):
-        elastic_force_derivatives([0, 1], np.ones((2, 2)), fractions=[0.1], times_s=[1])
-
-
-@pytest.mark.parametrize(
-    ("changed", "line"),
-    [
-        ({"time_s": [0, 2, 1]}, "time_s: expected increasing times"),
-        ({"force_n": [0, 1]}, r"force_n: expected one row for each of 3, found \(2,\)"),
-        ({"force_n": [0, 1, np.nan]}, "force_n: expected finite forces"),
-        ({"times_s": [0]}, "times_s: expected positive times"),
-        ({"fractions": [0.1, 0.2]}, "fractions: expected one for each of 1 times"),
-        ({"fractions": [1]}, "fractions: expected a sum below 1, found 1"),
-    ],
-)
-def test_bad_input_is_named(changed, line):
-    given = {"time_s": [0, 1, 2], "force_n": [0, 1, 1], "fractions": [0.1], "times_s": [1]}
-    given |= changed
-    with pytest.raises(ValueError, match=line):
-        elastic_force(given.pop("time_s"), given.pop("force_n"), **given)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 from made_up_indentation import RADIUS_M, made_up_table
-from palpate.estimate.direct.table import axes_across, sample_table
+from palpate.estimate.direct.table import sample_table
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.laws import SLIDING
 from scipy.optimize import brentq
@@ -120,16 +120,3 @@ def test_a_broad_base_slides_half_way():
     assert found.force_per_modulus_m2 == pytest.approx(stuck.force_per_modulus_m2 / np.sqrt(2))
     assert found.motion_m == pytest.approx(1.5 * stuck.motion_m, abs=1e-6)
     assert found.stiffening == pytest.approx(stuck.stiffening)
-
-
-def test_a_contact_farther_on_is_a_sample_farther_back():
-    """A motion that grows along x by 1 % of the way, at a flat's samples."""
-    tilted = ball_table(lambda rest: np.outer(0.01 * rest[:, 0], [0, 0, 1.0]))
-    cells = np.array([[0.0, 0, 0.05], [0.001, 0, 0.05], [0, 0.001, 0.05], [-0.001, 0, 0.05]])
-    normal = np.tile([0.0, 0, 1], (4, 1))
-    by_place = sample_table(tilted, cells, normal).motion_by_place[:, 0, 1, 0]
-    # Along x, whichever axis that is; nothing along y.
-    assert np.sort(np.abs(by_place)) == pytest.approx([0, 0.01], abs=1e-4)
-    x = int(np.argmax(np.abs(by_place)))
-    axis = axes_across(np.array([0.0, 0, -1]))[x]
-    assert by_place[x] == pytest.approx(-0.01 * axis[0], abs=1e-4)

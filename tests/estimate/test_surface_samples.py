@@ -1,18 +1,13 @@
-"""Samples of a surface: where they lie, what belongs to them, how heights scatter, what is seen."""
+"""Normals of points at rest, how heights scatter, and what the probe hides."""
 
 import numpy as np
 import pytest
 import trimesh
 from palpate.estimate.direct.deviations import correlation_length
-from palpate.estimate.direct.motion import CLEAR_WINDOWS, tip_clearance, views_of
 from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.samples import (
-    ClosestAtRest,
     ProbeInView,
     RestSurface,
-    Samples,
-    facing_samples,
-    samples_of,
 )
 from palpate.surface.template import Template
 from scipy.spatial import cKDTree
@@ -41,42 +36,6 @@ def test_points_have_the_normals_of_balls_and_of_a_boxs_sides():
     assert found.distance_m == pytest.approx(np.full(30, 0.002), abs=1e-6)
 
 
-def closest(places, normals=UP):
-    places = np.array(places, dtype=float)
-    normal = np.array(np.broadcast_to(normals, places.shape))
-    return ClosestAtRest(places, normal, np.zeros(len(places)))
-
-
-def test_samples_keep_their_distance_and_lie_at_the_means_of_all_frames_points():
-    """Points at every millimetre along x, a centre at 10.2 mm, seeds three millimetres apart."""
-    line = [[k * 1e-3, 0, 0] for k in range(21)]
-    found = samples_of([closest(line)], np.array([0.0102, 0, 0]), spacing_m=0.003)
-    # Seeds at 10, then 14 and 6, then 18 and 2: each point is of the nearest, 4 mm between.
-    expected = [0.0015, 0.0055, 0.0095, 0.0135, 0.0185]
-    assert np.sort(found.cell_m[:, 0]) == pytest.approx(expected, abs=1.1e-3)
-    assert found.cell_m[0, 0] == pytest.approx(0.01, abs=1.1e-3)
-    assert found.normal == pytest.approx(np.tile(UP, (5, 1)))
-    first = closest([[0, 0, 0], [0.01, 0, 0]])
-    side = np.array([0.5, 0, np.sqrt(0.75)])
-    later = closest([[0.001, 0.002, 0], [0.009, 0, 0.001], [0.5, 0, 0]], normals=[UP, side, UP])
-    other = closest([[0.0005, 0, 0]], normals=-UP)
-    found = samples_of([first, later, other], np.zeros(3), spacing_m=0.004)
-    assert found.cell_m == pytest.approx(np.array([[0.0005, 0.001, 0], [0.0095, 0, 0.0005]]))
-    # A normal turned by half a radian is still alike; one turned round belongs to another side.
-    mean = (UP + side) / np.linalg.norm(UP + side)
-    assert found.normal == pytest.approx(np.stack([UP, mean]))
-
-
-@pytest.mark.parametrize(
-    ("x_m", "tilt", "number"),
-    [(0.004, 0, 0), (0.006, 0, 1), (0.014, 0, 1), (0.0161, 0, -1), (0, 0.5, 0), (0, 0.62, -1)],
-)
-def test_points_belong_to_the_nearest_sample_that_faces_alike(x_m, tilt, number):
-    samples = Samples(np.array([[0.0, 0, 0], [0.01, 0, 0]]), np.stack([UP, UP]))
-    point = closest([[x_m, 0, 0]], normals=np.array([tilt, 0, np.sqrt(1 - tilt**2)]))
-    assert samples.numbers(point, reach_m=0.006).tolist() == [number]
-
-
 @pytest.mark.parametrize("length_m", [0.005, 0.010])
 def test_length_of_the_noises_correlation(length_m):
     x, y = (one.ravel() for one in np.mgrid[-0.04:0.04:0.0035, -0.04:0.04:0.0035])
@@ -88,42 +47,6 @@ def test_length_of_the_noises_correlation(length_m):
     noise[3, :40] = np.nan
     assert correlation_length(places, noise) == pytest.approx(length_m, rel=0.06)
     assert correlation_length(places[:1], noise[:, :1]) == 0
-
-
-def test_where_sensors_see_from_and_how_far_from_the_tip_a_line_must_pass():
-    turned = np.array([[0.0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]])
-    depth = {"baseline_m": 0.075, "color_from_depth": turned.tolist()}
-    light = views_of({"kind": "structured_light", "depth": depth})
-    assert light == pytest.approx(np.array([[0.1, 0.2, 0.3], [0.1, 0.275, 0.3]]))
-    assert views_of({"kind": "depth", "depth": depth}) == pytest.approx(light[:1])
-    stereo = views_of({"kind": "stereo", "stereo": {"baseline_m": 0.12}})
-    assert stereo == pytest.approx(np.array([[0, 0, 0], [0.12, 0, 0]]))
-    with pytest.raises(ValueError, match="kind: expected stereo, structured_light, depth or cloud"):
-        views_of({"kind": "laser"})
-    stereo = {"kind": "stereo", "stereo": {"window_px": 11}, "color": {"fx_px": 800.0}}
-    options = Observation(clear_m=0.02)
-    # Windows of 11 pixels of 0.6 m / 800.
-    beside_m = CLEAR_WINDOWS * 11 * 0.6 / 800
-    assert tip_clearance(stereo, 0.6, options, radius_m=0.006) == pytest.approx(0.006 + beside_m)
-    assert tip_clearance({"kind": "depth"}, 0.6, options, radius_m=0.006) == 0.02
-
-
-def probe(frames):
-    """Above the origin, its shaft straight up; in the last frame it was not found."""
-    tip = np.tile([0.0, 0, 0.01], (frames, 1))
-    tip[-1] = np.nan
-    views = np.array([[0.0, 0, 0.5], [0.3, 0, 0.5]])
-    return ProbeInView(views, tip, np.tile([0.0, 0, -1], (frames, 1)))
-
-
-@pytest.mark.parametrize(("largest_view_deg", "kept"), [(45, [0]), (65, [0, 1, 2])])
-def test_samples_that_are_seen_from_the_side(largest_view_deg, kept):
-    """The second is 59 degrees from both views, the third 50 degrees from the second view."""
-    samples = Samples(
-        np.array([[0.0, 0, 0], [0.0, 0.2, 0], [-0.3, 0, 0]]), np.array([UP, [0, 0.6, 0.8], UP])
-    )
-    found = facing_samples(samples, probe(2), Observation(largest_view_deg=largest_view_deg))
-    assert np.array_equal(found.cell_m, samples.cell_m[kept])
 
 
 @pytest.mark.parametrize("along_m", [(0.0, 0.05), (0.1, 0.2)])

@@ -46,13 +46,6 @@ def direct_rows(*of):
     return pd.DataFrame(estimate_rows.direct_rows(*of))
 
 
-@pytest.fixture
-def summary():
-    singles, joints = [estimate(22000.0, 0.4, 1000.0)], [estimate(20500.0, 0.31, 1000.0)]
-    direct = estimate_rows.direct_rows([CAPTURE], singles, [GROUP], joints)
-    return estimate_rows.summary([*direct, *estimate_rows.hertz_rows([CAPTURE], [fit()])])
-
-
 def test_a_hertz_fit_with_doubts_is_not_judged():
     fits = fit(), fit(["no layer"])
     found = estimate_rows.summary([*estimate_rows.hertz_rows([CAPTURE] * 2, fits)])
@@ -63,15 +56,6 @@ def test_a_hertz_fit_with_doubts_is_not_judged():
         "hertz_recommended": ["interval", "not judged"],
     }
     assert found["youngs_modulus_pa"].isna().all() and not found["recommended"].any()
-
-
-def test_one_row_is_recommended_and_none_is_without_a_verdict(summary):
-    assert summary.loc[summary["recommended"], ["method", "point"]].values.tolist() == [
-        ["direct_joint", "all"]
-    ]
-    for name in ("youngs_modulus", "poisson_ratio", "reduced_modulus"):
-        value = f"{name}_pa" if name != "poisson_ratio" else name
-        assert summary.loc[summary[value].notna(), f"{name}_verdict"].notna().all()
 
 
 OTHER = {"sensor": "bumblebee"}

@@ -2,7 +2,6 @@
 
 import json
 import re
-import shlex
 import xml.etree.ElementTree as ET
 
 import felupe
@@ -17,7 +16,6 @@ from palpate.report.estimate_rows import direct_rows, summary
 from palpate.report.material import Material
 from palpate.report.material_cards import PROGRAMMES, UNITS
 from palpate.solid.laws import NEO_HOOKEAN
-from scipy.optimize import brentq
 from test_estimate_rows import estimate as any_estimate
 
 E, NU = 24130.0, 0.31
@@ -72,19 +70,6 @@ def test_at_finite_strain_the_law_is_our_own(name):
     F = np.eye(3) + 0.2 * np.random.default_rng(4).normal(size=(3, 3))
     expected = E * NEO_HOOKEAN.stress(F, NU)
     np.testing.assert_allclose(law_of(name)(F), expected, rtol=1e-8, atol=1e-8 * E)
-
-
-def shortened(law, stretch=0.8):
-    """Stress along a bar whose sides are free."""
-    side = brentq(lambda side: law(np.diag([stretch, side, side]))[1, 1], 0.9, 1.4)
-    return law(np.diag([stretch, side, side]))[0, 0]
-
-
-@pytest.mark.parametrize("nu", [0.05, 0.25, 0.45])
-def test_abaqus_law_is_stiffer_as_its_card_says(nu):
-    material = Material("sponge", YOUNG, Modulus(nu, 0.0, 0.5, "bounded", "1"))
-    ours = shortened(lambda F: E * NEO_HOOKEAN.stress(F, nu))
-    assert 1.0 < shortened(law_of("abaqus", material=material)) / ours < 1.1
 
 
 def test_relaxation_of_febio_and_abaqus_is_ours():
@@ -159,20 +144,14 @@ def test_a_card_is_written_and_told(here, capsys, to, ending):
     assert to != "abaqus" or text.split("TIME=PRONY\n")[1] == "0.02, 0.02, 0.2\n"
 
 
-def test_the_example_of_its_help_runs(here, capsys):
-    write(here, estimate())
-    with pytest.raises(SystemExit, match="0"):
-        main(["export", "--help"])
-    last = capsys.readouterr().out.rstrip().splitlines()[-1]
-    assert main(shlex.split(re.fullmatch(r"  palpate (export .+)", last).group(1))) == 0
-
-
 def test_of_two_sensors_or_curves_one_is_chosen(here, capsys, rejected):
-    other = estimate(youngs_modulus_pa=interval(31e3, 30e3, 32e3))
+    declared = interval(0.45, 0.4461, 0.4539, "assumed", "1")
+    other = estimate(youngs_modulus_pa=interval(31e3, 30e3, 32e3), poisson_ratio=declared)
     write(here, estimate(), other, sensors=("kinect", "zed"))
     assert "summary.csv: sensor: expected one of kinect, zed (--sensor), found none" in rejected()
     assert "expected one of kinect, zed, found x" in rejected("--sensor", "x")
-    assert export("--sensor", "zed") == 0 and "E = 31.0 kPa" in capsys.readouterr().out
+    assert export("--sensor", "zed") == 0
+    assert re.search("E = 31.0 kPa .*nu = 0.45 ", capsys.readouterr().out)
     (here / "sponge-material.inp").unlink()
     path = here / "results/sponge/summary.csv"
     row = pd.read_csv(path)[:1].assign(sensor="curve", method="curve_table")
@@ -220,8 +199,3 @@ def test_what_is_not_well_known_is_named_with_its_file(here, rejected, changed, 
     line = rejected(to="febio")
     assert line.endswith(expected) and line.count("error") == 1
     assert ("summary.csv" in line) == ("relaxation" not in changed)
-
-
-def test_a_ratio_that_was_declared_goes_out(here, capsys):
-    write(here, estimate(poisson_ratio=interval(0.45, 0.4461, 0.4539, "assumed", "1")))
-    assert export() == 0 and "nu = 0.45" in capsys.readouterr().out

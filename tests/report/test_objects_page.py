@@ -1,11 +1,11 @@
-"""All objects on one axis, tracked surfaces as the viewer gets them, and bad input."""
+"""All objects in a table, and tracked surfaces as the viewer gets them."""
 
 import base64
 
 import numpy as np
 import pytest
 from palpate.modulus import Modulus
-from palpate.report.objects_page import moduli_of, objects_page, ticks
+from palpate.report.objects_page import objects_page
 from palpate.report.viewer import MOST_FRAMES, view
 from palpate.surface.tracked import Tracked
 from test_own_page import Words
@@ -20,14 +20,6 @@ FIT = {
         "reduced_modulus_interval_pa": [22560.8, 25576.4],
         "doubts": ["a free side is near"],
     },
-}
-MINIMUM = {
-    "youngs_modulus_pa": 20000.0,
-    "poisson_ratio": 0.251,
-    "reduced_modulus_pa": 21347.0,
-    "profile": {"verdict": "not identified"},
-    "least_squares": {"length": {"unknown": "gaps agree over the surface"}},
-    "at_bound": True,
 }
 
 
@@ -82,14 +74,6 @@ def test_of_many_frames_some_are_shown_the_first_and_the_deepest_among_them():
     np.testing.assert_allclose(read_back(found)[0], tracked().template_m * 1e3, atol=1e-3)
 
 
-def test_input_that_does_not_fit():
-    samples = {"force_n": [0.0], "depth_m": [0.0]}
-    with pytest.raises(ValueError, match="samples: expected 3, one for each frame, found 1"):
-        view(CAPTURE, tracked(), FIT | {"samples": samples})
-    with pytest.raises(ValueError, match="vertices_m: expected finite places"):
-        view(CAPTURE, tracked((0.0, np.nan, 0.004)), FIT)
-
-
 ROW = {"object": "toy_cow", "sensor": "kinect", "capture": "all", "captures": 3}
 ROW |= {"provenance": "recorded"}
 
@@ -101,16 +85,6 @@ def row(young_pa, ratio=1.2, **changes):
     return ROW | young.cells("youngs_modulus_pa") | nu.cells("poisson_ratio") | changes
 
 
-def test_moduli_by_method_carry_interval_verdict_and_bound():
-    advised, hertz, chosen, searched = moduli_of(FIT, {"displacement": MINIMUM}, row(38120.0))
-    assert advised["E"] == "38.1 kPa (31.8 to 45.7)" and "only limits" in [*advised.values()][-1]
-    assert hertz["E*"] == "28.7 kPa" and hertz["E"] == ""
-    assert chosen["E*"] == "24.0 kPa (22.6 to 25.6)"
-    assert [*chosen.values()][-1] == "a free side is near"
-    assert searched["E"] == "20.0 kPa (at a bound)" and searched["nu"] == "0.25 (at a bound)"
-    assert [*searched.values()][-1] == "not identified (gaps agree over the surface)"
-
-
 def test_the_table_of_objects_has_values_verdicts_and_links_and_names_stay_text():
     found = objects_page([row(20e3), row(40e3, object="a<b"), ROW], pages=["toy_cow", "x&y"])
     assert 'href="toy_cow/report.html"' in found and 'href="x&amp;y/report.html"' in found
@@ -119,19 +93,3 @@ def test_the_table_of_objects_has_values_verdicts_and_links_and_names_stay_text(
     assert "20.0 kPa (16.7 to 24.0) identified" in text and "0.38 (0.30 to 0.45) bounded" in text
     assert "A<b" in text and "Kinect, 3 captures" in text and "Simulated" not in text
     assert "1 of 1" in Words(objects_page([row(20e3, provenance="simulated")])).text
-
-
-@pytest.mark.parametrize(
-    ("values", "expected"),
-    [
-        ((30e3, 50e3), [20e3, 50e3]),
-        ((20e3, 20e3), [20e3, 50e3]),
-        ((6e3, 50.6e3), [5e3, 10e3, 20e3, 50e3, 100e3]),
-        ((1.5e3, 2e6), [1e3, 1e4, 1e5, 1e6, 1e7]),
-        ((3.0, 2e8), [1.0, 1e3, 1e6, 1e9]),
-    ],
-)
-def test_the_axis_holds_all_between_round_ends(values, expected):
-    found = ticks([Modulus(value, None, None, "not judged", "Pa") for value in values])
-    np.testing.assert_allclose(found, expected)
-    assert ticks([Modulus(30e3, 9e3, 60e3, "bounded", "Pa")]) == [5e3, 10e3, 20e3, 50e3, 100e3]

@@ -48,11 +48,6 @@ def test_nothing_is_written_where_one_thing_fails(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_names_that_the_rule_has_not(tmp_path):
-    with pytest.raises(ValueError, match="made: expected csv, md, found csv"):
-        outputs.write({"csv": "x"}, paths(tmp_path, csv="a.csv", md="a.md"))
-
-
 def test_text_stays_text_and_nothing_comes_from_elsewhere():
     table = "# T\n\n| E_pa | name |\n|---|---|\n| 1.5e+04 | a<b |\n"
     text = page(table + "\n<script>x</script>\n", title="t")

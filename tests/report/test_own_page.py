@@ -11,7 +11,6 @@ from palpate.report.budget_bars import bars
 from palpate.report.held import Held
 from palpate.report.other_methods import others
 from palpate.report.own_page import own_page
-from palpate.report.own_words import law
 from palpate.report.point_maps import point_maps
 from test_estimate_rows import estimate
 
@@ -123,22 +122,6 @@ def test_times_later_than_the_captures_are_extrapolated():
     assert "extrapolated:" not in Words(page(captures=[short, long])).text
 
 
-@pytest.mark.parametrize(
-    ("place", "std", "told"),
-    [
-        (0.1, 0.2, "0.10 (-0.29 to 0.49): near neo-Hooke's law"),
-        (0.9, 0.2, "0.90 (0.51 to 1.29): near Blatz and Ko's law"),
-        (0.0, 0.5, "both explain the captures"),
-        (0.5, 0.4, "both explain the captures"),
-        (0.5, 0.18, "nor 1 (Blatz and Ko's): between the two"),
-        (-0.5, 0.2, "nor 1 (Blatz and Ko's): outside the two"),
-        (-0.86, 0.07, "a warning speaks against it"),
-    ],
-)
-def test_the_law_is_told_by_what_is_possible(place, std, told):
-    assert told in law(place, std)
-
-
 def test_a_recommended_curve_without_the_effective_modulus():
     nothing = dict.fromkeys((name for name in ADVISED if name.startswith("effective")), None)
     nothing |= {"force_law": None, "captures": None, "sensor": "curve", "capture": "back"}
@@ -157,8 +140,6 @@ def test_shares_add_up_and_sizes_have_units():
         np.array([[64.0, 36.0, 80.0], [36.0, 64.0, 20.0]])
     )
     assert [one["size"] for one in found["sources"]] == ["±0.2 mm", "±10 ms"]
-    rows = [source("relaxing shares", 0.1, 0.1, 0.1, std=0.07, unit="1")]
-    assert bars(rows)["sources"][0]["size"] == "±7 % of E at each time"
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import hashlib
 import numpy as np
 import pandas as pd
 import pytest
-from palpate.report.held import Held, press_of
+from palpate.report.held import Held
 from palpate.report.settings_words import checksums
 
 
@@ -62,10 +62,3 @@ def test_times_of_a_press_are_those_of_its_depths():
     assert one.compared_s == pytest.approx(3.0)
     assert one.rate_hz == pytest.approx(5.0)
     assert one.distance_m == pytest.approx(0.5)
-
-
-def test_what_a_capture_held():
-    row = press_of(held())
-    assert row["maximum force (N)"] == "2.00" and row["maximum depth (mm)"] == "4.0"
-    assert row["depth over radius"] == "0.80" and row["frames compared"] == "15"
-    assert row["loading (s)"] == "2.0" and row["hold (s)"] == "1.0"

@@ -44,17 +44,6 @@ def test_equals_scikit_fem(order):
     assert abs(gap).max() < 1e-12 * abs(reference).max()
 
 
-def test_matrices_of_other_patterns_are_refused():
-    K1, K2 = elastic_stiffness(unit_box(1))
-    message = "K2: expected the shape and the places of K1's entries, found others"
-    with pytest.raises(ValueError, match=message):
-        combined(K1, K2[:-3], LAM, MU)
-    moved = K2.copy()
-    moved.indices = moved.indices[::-1].copy()
-    with pytest.raises(ValueError, match=message):
-        combined(K1, moved, LAM, MU)
-
-
 @pytest.fixture(scope="module", params=[1, 2])
 def parts(request, cube):
     mesh = of_order(cube, request.param)
@@ -86,18 +75,6 @@ def test_same_bytes_and_another_matrix_of_the_same_entries(parts, right, solver)
     assert again.tobytes() == solver(second)(right).tobytes()
     assert factors.refactorise(first)(right).tobytes() == before.tobytes()
     assert np.abs(again - before).max() > 1e-3 * np.abs(before).max()
-
-
-@MKL
-def test_other_entries_and_indefinite_matrices_are_rejected(parts, right):
-    factors = PardisoFactors(combined(*parts, LAM, MU))
-    with pytest.raises(ValueError, match="K: expected the entries of the first matrix"):
-        factors.refactorise(sparse.identity(parts[0].shape[0], format="csr"))
-    with pytest.raises(ValueError, match=f"right: expected {len(right)} rows, found 2"):
-        factors(right[:2])
-    for K in ([[1.0, 2.0], [2.0, 1.0]], [[1.0, 0.0], [0.0, -1.0]]):
-        with pytest.raises(ValueError, match="K: expected a positive definite matrix"):
-            PardisoFactors(sparse.csr_matrix(K))
 
 
 def test_bad_input_and_the_way_without_mkl(parts, right, monkeypatch):

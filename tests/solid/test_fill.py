@@ -87,17 +87,6 @@ def test_self_intersection_is_told_from_touching():
     assert (first < len(box.faces)) != (second < len(box.faces))
 
 
-@pytest.mark.parametrize("turned", [[0, 1, 2], [0, 2, 1]])
-@pytest.mark.parametrize("beside", [0.0, 0.06])
-def test_an_edge_goes_through_a_triangle_from_either_side(turned, beside):
-    flat = np.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]])
-    upright = np.array([[0.02, 0.03, -0.01], [0.02, 0.03, 0.02], [0.02, 0.4, 0.02]])
-    vertices = np.concatenate([flat, upright + [beside, 0.02, 0]])
-    pairs = cutting_triangles(vertices, np.array([turned, [3, 4, 5]]))
-    # Beside it the edge meets the plane at 80 and 50 mm, beyond the long side.
-    assert [1, 0] in pairs.tolist() if not beside else not len(pairs)
-
-
 def test_orientation_is_turned_outward():
     ball = trimesh.creation.icosphere(subdivisions=2, radius=0.05)
     mixed = ball.faces.copy()
@@ -160,16 +149,3 @@ def test_nodes_of_the_edge_on_the_area_of_a_cap_and_of_a_box():
     edge = fill.support_edge(box, table(1e-6))
     assert 0.1 * 0.2 / (edge**2 * 3**0.5 / 2) == pytest.approx(fill.SUPPORT_NODES, rel=1e-3)
     assert fill.support_edge(box.apply_translation([0, 0, 0.1]), table(0.001)) == np.inf
-
-
-def test_field_grows_from_the_support_and_covers_the_surface():
-    ball = trimesh.creation.icosphere(2, radius=0.05).apply_translation([0, 0, 0.05])
-    field = fill.edge_field(ball.vertices, table(0.001), support_edge_m=0.004, edge_m=0.02)
-    nodes = field["bg_vertices"]
-    heights = np.abs(nodes[:, 2])
-    assert field["bg_values"] == pytest.approx(np.minimum(0.004 + heights, 0.02))
-    assert (nodes.min(axis=0) < ball.bounds[0]).all()
-    assert (nodes.max(axis=0) > ball.bounds[1]).all()
-    corners = nodes[field["bg_tets"]]
-    volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 6
-    assert volume == pytest.approx(np.prod(np.ptp(nodes, axis=0)))

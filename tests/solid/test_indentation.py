@@ -41,13 +41,6 @@ def model():
     )
 
 
-def test_depth_steps_end_at_the_maximum_and_are_finer_at_the_start():
-    depth = depth_steps(0.0045, 0.001)
-    assert depth[[0, 1, -1]] == pytest.approx([0, 0.00025, 0.0045])
-    assert (np.diff(depth) > 0).all()
-    assert np.diff(depth).max() <= 0.001 + 1e-12
-
-
 @pytest.mark.parametrize("nu", [0.05, 0.2, 0.37, 0.46])
 def test_force_between_the_table_s_places(model, nu):
     depth = np.linspace(0.0004, 0.009, 31)

@@ -8,7 +8,6 @@ from palpate.solid.indentation_setup import (
     IndentationOptions,
     IndentationSetup,
     indentation_setup,
-    moving_nodes,
 )
 from palpate.solid.indenting import State
 from palpate.solid.laws import LAW_NAMES
@@ -153,31 +152,6 @@ def test_a_broad_base_is_solved_once_more_and_slides(coarse):
     table = force_table(model)
     assert table.slides
     assert table.force(0.002, 0.4, 0.0) == pytest.approx(np.sqrt(slid * stuck)[1], rel=1e-6)
-
-
-def test_an_indented_block_moves_its_neighbourhood_and_its_border_is_held(block):
-    point = np.array([-0.05, 0.0, 0.0475])
-    moving = moving_nodes(block, FLOOR, point, DOWN, radius_m=0.006, share=2e-3)
-    away = np.linalg.norm(block.nodes_m - point, axis=1)
-    assert not moving[away > 0.15].any()
-    assert moving[(away < 0.04) & (block.nodes_m[:, 2] > 0.01)].all()
-    assert not moving[block.nodes_m[:, 2] == 0].any()
-    options = IndentationOptions(edge_m=0.006, growth=1.0, refine_radius_m=0.01)
-    given = {"radius_m": 0.006, "deepest_m": 0.003, "options": options}
-    setup = setup_of(block, FLOOR, point, 2 * DOWN, **given)
-    assert np.array_equal(setup.moved.nodes_m, setup.whole.nodes_m[setup.nodes])
-    outside = {tuple(sorted(face)) for face in setup.whole.surface_faces().tolist()}
-    faces = setup.nodes[setup.moved.surface_faces()].tolist()
-    cut = [face for face in faces if tuple(sorted(face)) not in outside]
-    assert len(cut) > 100
-    bonded = np.flatnonzero(setup.whole.nodes_m[:, 2] == 0)
-    held = np.isin(setup.nodes, np.append(np.unique(cut), bonded))
-    assert not setup.free[held].any()
-    # A few more touch what is still along an edge: the more, the farther the border is.
-    assert setup.free[~held].mean() > 0.97
-    moved = setup.displacement(setup.moved.nodes_m + [0, 0, 1e-3])
-    assert moved[setup.nodes] == pytest.approx(np.tile([0, 0, 1e-3], (len(setup.nodes), 1)))
-    assert not np.delete(moved, setup.nodes, axis=0).any()
 
 
 def test_bad_input(cube):

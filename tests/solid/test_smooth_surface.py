@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import trimesh
 from palpate.solid.mesh import SolidMesh, element_volumes, quadratic, refine_near, solid_mesh
-from palpate.solid.resting import standing_table
 from palpate.solid.smooth_surface import (
     LEAST_VOLUME,
     SmoothSurface,
@@ -13,9 +12,6 @@ from palpate.solid.smooth_surface import (
     curved_to,
 )
 from palpate.solid.stiffness import QUADRATURE, combined, elastic_stiffness, point_volumes
-from palpate.solid.support import Support
-
-UP = np.array([0.0, 0, 1])
 
 
 def smooth_of(mesh):
@@ -136,36 +132,6 @@ def test_what_folds_far_from_the_press_stays_as_it_is():
     kept = len(watched) * point_volumes(curved, watched)
     flat = element_volumes(bent.nodes_m, bent.tetrahedra)
     assert (kept / flat[:, None]).min() >= LEAST_VOLUME
-
-
-def test_few_edges_off_the_surface_stay_straight():
-    mesh, ball = spoked_ball(3)
-    nodes, low = mesh.nodes_m.copy(), mesh.surface_faces()[0, 0]
-    nodes[low] *= 0.99
-    dented = quadratic(SolidMesh(nodes[: len(ball.vertices) + 1], mesh.corners))
-    curved = curved_to(dented, smooth_of(ball))
-    moved = np.linalg.norm(curved.nodes_m - dented.nodes_m, axis=1) > 1e-6
-    faces = dented.surface_faces()
-    sides = faces[:, :3][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    at_low = (sides == low).any(axis=1)
-    middles = faces[:, 3:].ravel()
-    assert not moved[middles[at_low]].any()
-    assert moved[middles[~at_low]].all()
-
-
-def test_a_table_touches_a_curved_ball_at_its_lowest_point():
-    # Turned, so that a facet and not a corner is the lowest.
-    ball = trimesh.creation.icosphere(2, radius=0.06)
-    ball.apply_transform(trimesh.geometry.align_vectors(ball.face_normals[0], -UP))
-    mesh, smooth = quadratic(spokes_of(ball)), smooth_of(ball)
-    support = Support(-0.06 * UP, UP, 1e-3)
-    lowest = [
-        standing_table(one, support, 0.06 * UP, reach_m=0.002).point_m[2]
-        for one in (mesh, curved_to(mesh, smooth))
-    ]
-    # Between a facet's middle, which the six nodes do not hold, and its edges' middles.
-    assert abs(lowest[1] + 0.06) < 0.5 * abs(lowest[0] + 0.06)
-    assert lowest[1] == pytest.approx(-0.06, abs=4e-4)
 
 
 def test_a_solid_on_its_surface_stays_and_one_far_from_it_is_rejected(block):

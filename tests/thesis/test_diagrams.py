@@ -1,102 +1,18 @@
-"""What chapter 4 and the explanatory figures show: instruments, thresholds, a box, views."""
+"""What chapter 4 shows: thresholds, the workspace, a box, a sliding template."""
 
 import numpy as np
-import open3d as o3d
 import pandas as pd
 import pytest
 import trimesh
-from palpate.capture.images import depth_of
 from palpate.report.panels import Surface
 from palpate.surface.template import Template, refine_template
-from palpate.vision.camera import camera_from_spec
-from palpate.vision.clouds import Cloud
 from palpate.vision.pose import MarkerPose, averages, select_threshold
-from palpate.vision.probe import MARKER, QUATERNION, marker_from_tip
 from scipy.spatial.transform import Rotation
-from thesis.chapter3 import simplex
-from thesis.chapter4 import normal_figure, pinhole_figure, rig, triangulation, workspace
+from thesis.chapter4 import workspace
 from thesis.chapter4.box import outline_distance, place_box
 from thesis.chapter5 import rigid_slide
-from thesis.views import View, render_surface
 
 WITHIN = {"largest_distance_m": 0.012, "largest_normal_deg": 60}
-
-
-def test_moves_of_a_known_triangle():
-    found = simplex.moves([[0, 0], [2, 0], [1, 2]])
-    wanted = {"m": (1, 0), "r": (1, -2), "e": (1, -4), "c1": (1, 1), "c2": (1, -1)}
-    for name, place in (wanted | {"s_g": (1, 0), "s_w": (0.5, 1)}).items():
-        assert found[name] == pytest.approx(place)
-
-
-def test_chain_ends_at_the_tip(probe):
-    table = pd.DataFrame({"frame": [0, 1], "detected": [0, 1]})
-    table[QUATERNION] = [0.19, -0.01, 0.02, np.sqrt(1 - 0.19**2 - 0.01**2 - 0.02**2)]
-    table[MARKER] = [[0.0, 0.0, 0.5], [-0.07, -0.11, 0.53]]
-    frames = rig.chain(table, probe)
-    assert frames["marker"][:3, 3] == pytest.approx([-0.07, -0.11, 0.53])
-    assert frames["tip"] == pytest.approx(frames["marker"] @ marker_from_tip(probe))
-    with pytest.raises(ValueError, match="expected a frame with the marker, found none of 2"):
-        rig.chain(table.assign(detected=0), probe)
-
-
-def test_camera_stands_at_its_distance_and_sees_the_table(sensors, probe):
-    pose = rig.camera_pose({"target_m": [0, 0, 0.09], "distance_m": 0.65, "elevation_deg": 45})
-    assert pose[:3, :3].T @ pose[:3, :3] == pytest.approx(np.eye(3), abs=1e-12)
-    assert [0, 0, 0.09] - pose[:3, 3] == pytest.approx(0.65 * pose[:3, 2])
-    assert pose[2, 3] == pytest.approx(0.09 + 0.65 * np.sin(np.pi / 4))
-    corners = rig.frustum(sensors["bumblebee"]["color"], pose, 0.7)
-    assert corners[3:, 2] == pytest.approx(0, abs=1e-12)
-    assert (corners[1:3] - pose[:3, 3]) @ pose[:3, 2] == pytest.approx(0.7)
-    camera = {"width_px": 200, "fx_px": 100.0, "cx_px": 100.0}
-    camera |= {"height_px": 100, "fy_px": 100.0, "cy_px": 0.0}
-    assert rig.field_deg(camera) == pytest.approx((90, 45))
-    assert rig.tilt_deg(probe) == pytest.approx(20, abs=1e-3)
-
-
-@pytest.mark.parametrize("depth_m", [0.5, 0.85, 7.9])
-def test_disparity_of_the_drawn_point_gives_its_depth(sensors, depth_m):
-    spec = sensors["bumblebee"]
-    shape = triangulation.triangle(spec["color"], spec["stereo"]["baseline_m"], depth_m)
-    product = spec["color"]["fx_px"] * spec["stereo"]["baseline_m"]
-    assert product / shape.disparity_px == pytest.approx(depth_m, rel=1e-12)
-    camera = camera_from_spec(spec["color"])
-    seen = camera.project([[shape.x_m, 0, depth_m], [shape.x_m - 0.12, 0, depth_m]])[:, 0]
-    assert (shape.first_px, shape.second_px) == pytest.approx(tuple(seen), abs=1e-6)
-    camera = camera_from_spec(sensors["kinect"]["color"] | {"distortion": [0.0] * 5})
-    pixel, point = pinhole_figure.shown_point(camera, depth_m)
-    assert camera.project(point)[0] == pytest.approx(pixel, abs=1e-6)
-    assert point[2] == pytest.approx(depth_m)
-    with pytest.raises(ValueError, match=r"depth_m: expected a positive length, found -\d"):
-        triangulation.triangle(spec["color"], 0.1, -depth_m)
-
-
-def test_counts_and_depth_are_the_sensors_own(sensors):
-    spec = sensors["kinect"]["depth"]
-    counts = np.arange(400, 1050)
-    depth_m = depth_of(counts[None].astype(np.uint16), spec)[0]
-    disparity = spec["fx_px"] * spec["baseline_m"] / depth_m
-    assert triangulation.counts_of(spec, disparity) == pytest.approx(counts, rel=1e-5)
-
-
-def test_drawn_normal_is_that_of_the_pipeline_and_of_the_nearest_plane():
-    """Eq. 4.4: no other plane has a smaller sum of squares."""
-    rng = np.random.default_rng(7)
-    points = rng.uniform(-0.02, 0.02, (900, 3))
-    points[:, 2] = 0.3 * points[:, 0] + 8 * points[:, 1] ** 2 + rng.normal(0, 2e-4, 900) + 0.6
-    found = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
-    found.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(30))
-    found.orient_normals_towards_camera_location(np.zeros(3))
-    cloud = Cloud(np.asarray(found.points), np.asarray(found.normals))
-    fit = normal_figure.fit_plane(cloud, np.array([0.01, -0.01, 0.6]), neighbours=30)
-    assert fit.angle_deg < 1e-4
-    for tilt in rng.normal(0, 0.02, (50, 3)):
-        other = (fit.normal + tilt) / np.linalg.norm(fit.normal + tilt)
-        height = (fit.neighbours_m - fit.centre_m) @ other
-        assert (height**2).sum() >= (fit.height_m**2).sum()
-    for neighbours in (2, 901):
-        with pytest.raises(ValueError, match=rf"expected 3 to .* 900 .*found {neighbours}"):
-            normal_figure.fit_plane(cloud, np.zeros(3), neighbours=neighbours)
 
 
 def test_a_cloud_without_ends_slides_and_added_ends_hold_it():
@@ -114,14 +30,6 @@ def test_a_cloud_without_ends_slides_and_added_ends_hold_it():
     assert left[1] < 0.5 * left[0]
     with pytest.raises(ValueError, match="cloud_m: expected points near the template"):
         rigid_slide.align_to_nearest(template, points + 1, normals, right, **WITHIN)
-
-
-def test_picture_of_a_ball_covers_its_disc():
-    frame = np.array([-80.0, 80, -80, 80])
-    fine = trimesh.creation.icosphere(4, 0.06)
-    picture = render_surface(fine.vertices, fine.faces, View(20, 30), frame, width_px=320)
-    assert picture[..., 3].mean() * 160**2 == pytest.approx(np.pi * 60**2, rel=0.01)
-    assert picture[160, 160, 3] == 1
 
 
 def test_volume_and_displacement_of_a_squeezed_ball():

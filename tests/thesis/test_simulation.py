@@ -7,13 +7,13 @@ import pandas as pd
 import pytest
 from floor import floor
 from thesis.chapter3 import simulation_tables
-from thesis.minimise.linear import LinearSystem, linear_method
+from thesis.minimise.linear import linear_method
 from thesis.minimise.objective import Objective
 from thesis.minimise.options import Minimise
 from thesis.minimise.problem import pose_simulation
 from thesis.minimise.search import minimise_error
 from thesis.options import Simulation
-from thesis.tracker.simulation import lattice, read_steps, surface_of, surface_points, track_steps
+from thesis.tracker.simulation import read_steps, track_steps
 from virtual_lab.block import load_block
 
 # Section 3.3.2: the study's simulated block.
@@ -22,7 +22,6 @@ TRUTH = {"lambda_pa": LAM, "mu_pa": MU}
 SUPPORT = floor(1e-6)
 STARTS = [(1e3, 1e3), (1e4, 5e4), (5e4, 1e4), (2e5, 2e4), (1e6, 1e6)]
 LIMITS = {"iterations": 500, "tolerance": 1e-9}
-NONE = np.array([], dtype=int)
 # Section 3.3.4: E of the study's lambda 85252, mu 9472 over the true one.
 PUBLISHED_ERROR = 0.0566
 
@@ -54,21 +53,6 @@ def tracked(steps):
 def youngs_error(problem):
     cost = Objective(problem, "displacement")
     return minimise_error(cost, (2e4, 0.3), Minimise()).youngs_modulus_pa / YOUNG - 1
-
-
-def test_points_lie_on_the_surface_with_outward_normals(steps):
-    weights = lattice(3, corners=False)
-    assert (weights.sum(axis=1), weights.min() > 0) == (pytest.approx(1), True)
-    assert len(lattice(5)) == 21
-    with pytest.raises(ValueError, match="cuts: expected at least 1, found 0"):
-        lattice(0)
-    template, _ = surface_of(steps.mesh)
-    frame = surface_points(template.vertices_m, template.faces, weights=weights)
-    size = np.ptp(template.vertices_m, axis=0)
-    centred = (frame.points_m - template.vertices_m.min(axis=0)) / size - 0.5
-    axis = np.abs(frame.normals).argmax(axis=1)[:, None]
-    face, sign = (np.take_along_axis(each, axis, axis=1) for each in (centred, frame.normals))
-    assert face == pytest.approx(0.5 * sign, abs=1e-9)
 
 
 def test_tracker_finds_the_vertices_among_the_points(steps, tracked):
@@ -173,30 +157,3 @@ def test_exact_data_give_the_moduli_from_every_start(exact, start):
     assert found.poisson_ratio == pytest.approx(0.45, abs=1e-6)
     residuals = [step["residual_n"] for step in found.trace]
     assert all(np.diff(residuals) < 1e-9), "each half of an iteration can only lower it"
-
-
-def test_unknown_displacements_and_support_forces_are_filled_in(exact, steps):
-    u, f = LinearSystem(exact).fill_in(LAM, MU)
-    assert np.abs(u - steps.displacement_m[-1]).max() < 1e-9
-    given, sets = exact.force_n, exact.sets
-    assert f[sets.support].sum(axis=0) == pytest.approx(-given.sum(axis=0), abs=1e-6)
-    assert np.array_equal(f[sets.contact], given[sets.contact])
-
-
-def test_what_the_linear_method_refuses(exact):
-    u, f = exact.displacement_m.copy(), exact.force_n.copy()
-    u[exact.sets.free[0]] = f[exact.sets.contact[0], 2] = np.nan
-    for change, line in (
-        ({"sets": replace(exact.sets, interior=NONE)}, "interior: expected at least"),
-        ({"sets": replace(exact.sets, support=NONE)}, "support: expected at least"),
-        ({"sets": replace(exact.sets, contact=NONE)}, "contact: expected at least"),
-        ({"displacement_m": u}, "displacement: expected numbers at contact and free"),
-        ({"force_n": f}, "force: expected numbers at all nodes, found NaN"),
-        ({"force_n": 0 * exact.force_n}, "force: expected a load on the contact"),
-    ):
-        with pytest.raises(ValueError, match=line):
-            LinearSystem(replace(exact, **change))
-    for start in ((1e4, 0.0), (np.nan, 1e4)):
-        with pytest.raises(ValueError, match="start: expected positive lambda and mu, found"):
-            linear_method(exact, start=start, **LIMITS)
-    assert not linear_method(exact, start=STARTS[0], iterations=3, tolerance=1e-9).converged

@@ -10,10 +10,8 @@ from palpate.estimate.hertz.fit import fit_free_contact
 from palpate.estimate.hertz.laws import contact_law
 from palpate.report import hertz_figures, tables
 from palpate.report.estimate_rows import summary
-from palpate.surface.tracked import Tracked
-from scipy.spatial.transform import Rotation
 from thesis.chapter5 import hertz_maps, hertz_points, moduli_tables
-from thesis.chapter5.minimise_steps import true_surface, variants
+from thesis.chapter5.minimise_steps import variants
 from thesis.chapter5.moduli_tables import least_squares_rows, minimum_rows
 from thesis.chapter5.steps_table import relaxed_modulus, steps_summary, steps_table
 
@@ -137,21 +135,6 @@ MATERIAL = {"youngs_modulus_pa": 2e4, "poisson_ratio": 0.3, "reduced_modulus_pa"
 MATERIAL["relaxation"] = {"fractions": [0.1, 0.2], "times_s": [0.5, 4.0]}
 
 
-def test_variants_change_one_thing_at_a_time():
-    load, both = STEPS["load"], STEPS["load"] | STEPS["other"]
-    assert [(v.step, v.kind, v.changes) for v in variants(STEPS)] == [
-        ("as configured", "as configured", {}),
-        ("load", "added", load),
-        ("other", "added", both),
-        ("load", "alone", load),
-        ("other", "alone", STEPS["other"]),
-        ("as configured", "true surface", {}),
-        ("load", "true surface", load),
-    ]
-    with pytest.raises(ValueError, match="steps: expected at least one, found none"):
-        variants({})
-
-
 def step_result(variant, E):
     found = vars(variant) | {"nodes": 9, "left_out_nodes": 0, "reduced_model_error": 1e-7}
     found |= {"surface": "study", "error": "displacement", "youngs_modulus_pa": E, "error_m": 1e-4}
@@ -177,19 +160,3 @@ def test_table_and_its_medians_stand_beside_the_truth():
     assert short["poisson_ratio_largest_error"].to_numpy() == pytest.approx(0.1)
     largest = short["relaxed_modulus_largest_deviation"].iloc[0]
     assert largest == pytest.approx(2.2e4 / relaxed - 1, abs=1e-4)
-
-
-def test_the_true_surface_stands_where_the_object_does():
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = Rotation.from_rotvec([0.2, 0.4, -1]).as_matrix(), [0.1, 0.2, 0.9]
-    surface = np.random.default_rng(0).normal(size=(2, 5, 3)).astype(np.float32)
-    rest, faces, observed = np.zeros((4, 3)), np.array([[0, 1, 2]]), np.zeros((2, 4), bool)
-    more = np.zeros(2), np.ones(3), 1, '{"poisson_ratio": 0.3}'
-    tracked = Tracked(rest, faces, rest, np.zeros((2, 4, 3)), observed, pose, *more)
-    truth = {"surface_m": surface, "surface_faces": np.array([[0, 1, 4]])}
-    found = true_surface(tracked, truth)
-    back = (found.vertices_m - pose[:3, 3]) @ pose[:3, :3]
-    assert np.allclose(back, surface, atol=1e-6)
-    assert found.prior == "" and np.array_equal(found.contact_point_m, np.ones(3))
-    with pytest.raises(ValueError, match="surface_m: expected 2 frames, found 1"):
-        true_surface(tracked, truth | {"surface_m": surface[:1]})

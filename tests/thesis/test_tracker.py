@@ -17,12 +17,10 @@ from palpate.surface.template import Template, refine_template, vertex_normals
 from palpate.surface.tracked import Recorded
 from scipy.sparse.linalg import spsolve
 from scipy.spatial.transform import Rotation
-from skfem import MeshTet, MeshTri
+from skfem import MeshTet
 from thesis.minimise.problem import to_solid
-from thesis.tracker.capture import pressed_places, turned_copies
 from thesis.tracker.completion import Completion, Known, complete
 from thesis.tracker.data_points import Frame
-from thesis.tracker.energy import Smoothness
 from thesis.tracker.hierarchy import collapse_edges, hierarchy
 from thesis.tracker.options import Registration, StudyTracking, options_of, tracker_problems
 from thesis.tracker.track import track_frames
@@ -30,7 +28,6 @@ from thesis.tracker.track import track_frames
 OPTIONS = Registration(
     w_sm=2, w_sm_stop=0.5, data_term="point", data_points="nearest", coarsest_vertices=1000
 )
-RADIUS_M = 0.0062
 
 
 def ball(subdivisions, radius_m=0.05):
@@ -69,22 +66,6 @@ def test_a_dent_is_tracked(data_term, part_left):
     tracked = np.linalg.norm(vertices[-1] - true, axis=1)[near].mean()
     assert tracked < part_left * np.linalg.norm(fine.vertices_m - true, axis=1)[near].mean()
     assert observed[-1].mean() > 0.9
-
-
-@pytest.mark.parametrize("reach", [1, 2])
-def test_vertices_of_a_finer_mesh_take_over_a_linear_displacement(reach):
-    """Exact where the mesh is even, as inside this plane one: there all neighbours balance."""
-    mesh = MeshTri().refined(4)
-    vertices = np.column_stack([mesh.p.T, np.zeros(mesh.nvertices)])
-    shift = vertices @ np.random.default_rng(4).normal(size=(3, 3)) + [0.1, 0.2, 0.3]
-    inside = np.abs(vertices[:, :2] - 0.5).max(axis=1) < 0.51 - 2 * reach / 16
-    known = ~inside | (16 * vertices % 2 == 0).all(axis=1)
-    smoothness = Smoothness(Template(vertices, mesh.t.T), reach=reach)
-    middle = np.abs(vertices[:, :2] - 0.5).max(axis=1).argmin()
-    assert smoothness.L[[middle]].nnz == 1 + 3 * reach * (reach + 1)
-    found = smoothness.fill(np.where(known[:, None], shift, 0.0), known)
-    assert (~known).sum() > 40
-    assert np.allclose(found, shift, atol=1e-7)
 
 
 def test_hierarchy():
@@ -139,20 +120,6 @@ def test_a_rigid_motion_of_everything_changes_nothing():
     assert np.allclose(turn.apply(first[0]) + shift, second[0], atol=1e-7)
 
 
-def test_places_hold_their_own_vertices_alone():
-    template, owner = ball(2), 17
-    frame, place = sampled(template), template.vertices_m[owner] * 0.93
-    points = np.vstack([frame.points_m, place])
-    normals = np.vstack([frame.normals, place / np.linalg.norm(place)])
-    frame = Frame(points, normals, frame.captured, np.array([owner]))
-    options = OPTIONS.changed(data_term="plane", w_sm=0.02, w_sm_stop=0.02)
-    vertices, observed, _ = track_frames(template, template.vertices_m, [frame], options)
-    gap = np.linalg.norm(vertices[0] - template.vertices_m, axis=1)
-    assert np.linalg.norm(vertices[0, owner] - place) < 0.0005
-    assert np.delete(gap, owner).max() < 0.001
-    assert not observed[0, owner] and observed[0].sum() > 100
-
-
 def pressed_box():
     """Exact displacements of a box on a support, pressed on top."""
     raw = MeshTet().refined(2)
@@ -202,31 +169,6 @@ def test_completion_of_frames_in_turn():
     error = np.linalg.norm(places - rest - lift, axis=1)[~held]
     assert error.mean() < 0.3 * np.linalg.norm(lift[~held], axis=1).mean()
     assert np.abs(completion(places, places, held) - places).max() < 2e-3
-
-
-def test_turned_copies():
-    centre, axis = np.array([0.1, 0.0, 0.5]), np.array([0.0, 0.0, 2.0])
-    points, normals = turned_copies(
-        centre + [[0.02, 0, 0.01]], np.array([[1.0, 0, 0]]), centre_m=centre, axis=axis, copies=6
-    )
-    angles = np.deg2rad([60, 120, 180, 240, 300])
-    ring = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
-    assert np.allclose(points, centre + 0.02 * ring + [0, 0, 0.01])
-    assert np.allclose(normals, ring)
-
-
-def test_places_under_the_indenter():
-    up, tip = np.array([0.0, 0.0, 1.0]), np.array([0, 0, 0.0022])
-    sphere = {"radius_m": RADIUS_M, "depth_m": 0.004}
-    grid = 0.001 * np.stack(np.meshgrid(range(-9, 10), range(-9, 10)), axis=-1).reshape(-1, 2)
-    flat = np.column_stack([grid, 0 * grid[:, 0]])
-    vertices, points, _ = pressed_places(flat, tip, up, **sphere)
-    assert np.allclose(points[:, :2], flat[vertices, :2])
-    assert np.allclose(np.linalg.norm(points - tip, axis=1), RADIUS_M)
-    touched = np.linalg.norm(flat[vertices], axis=1).max()
-    assert 0.0039 < touched < np.sqrt(RADIUS_M * 0.004)
-    above = tip + [0, 0, 0.01]
-    assert not len(pressed_places(flat, above, up, radius_m=RADIUS_M, depth_m=-0.006)[0])
 
 
 def test_transfer_reproduces_linear_fields():

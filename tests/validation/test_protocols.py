@@ -2,9 +2,6 @@
 
 import json
 import os
-import shlex
-import shutil
-import subprocess
 from types import SimpleNamespace
 
 import pytest
@@ -73,22 +70,6 @@ def test_a_contact_beside_the_point_is_not_in_the_description(rules):
     assert set(told["points"]) == {"01", INCLINED}
     assert str(pressed[0]) not in json.dumps(told["points"])
     assert rules.place(of(INCLINED))["direction"] == told["points"][INCLINED]["direction"]
-
-
-@pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
-def test_make_asks_for_every_capture(root, rules):
-    command = ["make", "--no-print-directory", "--dry-run", "--old-file", ".venv/installed"]
-    own = {k: v for k, v in os.environ.items() if not k.startswith(("MAKE", "MFL"))}
-    done = subprocess.run(
-        [*command, "protocols"], cwd=root, env=own, capture_output=True, text=True, check=True
-    )
-    asked = [word for word in shlex.split(done.stdout) if word.endswith("direct.json")]
-    expected = [
-        f"protocols/results/{name}/bumblebee/{capture}/direct.json"
-        for name in (BONDED, "loose_block", "bad_bench")
-        for capture in captures_of(rules, name)
-    ]
-    assert sorted(asked) == sorted(expected)
 
 
 def test_the_table_says_what_holds(root, tmp_path):

@@ -6,12 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import trimesh
-from palpate.report import style
 from palpate.solid.indentation_table import IndentationModel
 from palpate.surface.pose import to_camera
 from palpate.surface.tracked import Tracked
 from scipy.spatial.transform import Rotation
-from validation import tracking_dots
 from validation.indentation import displacement_ratios
 from validation.tracking import (
     accuracy_row,
@@ -117,17 +115,6 @@ def test_regions_are_measured_apart(truth, right):
     assert row["place_mean_dent_mm"] == pytest.approx(1.0, abs=1e-3)
 
 
-def test_an_unobserved_dent(truth, right):
-    dent = np.linalg.norm(right.template_m - right.contact_point_m, axis=1) < 0.010
-    shift = dent[None, :, None] * np.array([0.002, 0.0, 0.0])
-    row = accuracy_row(truth, moved(replace(right, observed=right.observed & ~dent), shift))
-    assert row["place_mean_dent_mm"] == pytest.approx(2.0, abs=1e-3)
-    assert row["place_mean_observed_mm"] == pytest.approx(0.0, abs=1e-3)
-    assert row["place_mean_unobserved_mm"] == pytest.approx(
-        2.0 * dent.sum() / (~right.observed[0] | dent).sum(), abs=1e-3
-    )
-
-
 def test_no_tracking_is_off_by_the_true_displacement(truth, right):
     still = untracked(right)
     found = accuracy_row(truth, still)
@@ -203,31 +190,3 @@ def test_displacements_of_a_table_by_rings(ball):
     }
     near = replace(table, surface_rest_m=rest / 10, point_m=point / 10)
     assert list(displacement_ratios(near, small, 0, 0.3, 0.005)) == ["displacement_ratio_8_20_mm"]
-
-
-@pytest.fixture
-def errors():
-    rows = [
-        {"object": "foam_ball", "sensor": sensor, "capture": f"{k:02d}", "tracker": tracker,
-         "displacement_mean_dent_mm": size * k, "provenance": "simulated",
-         "displacement_mean_all_mm": size * k / 5}
-        for sensor in ("bumblebee", "kinect") for k in (1, 2, 3)
-        for tracker, size in (("none", 2.0), ("study", 0.5), ("elastic", 0.3))
-    ]  # fmt: skip
-    return pd.DataFrame(rows)
-
-
-def test_dots_and_medians_of_every_tracker(errors):
-    with style.journal():
-        figure = tracking_dots.tracking_accuracy(errors)
-    lines = figure.axes[0].get_lines()
-    assert len(lines) == 6
-    assert len(lines[0].get_xdata()) == 3
-    assert lines[3].get_ydata()[0] == pytest.approx(1.0)
-    assert figure.axes[0].get_yscale() == "log"
-    style.plt.close(figure)
-
-
-def test_errors_of_no_capture_are_refused(errors):
-    with pytest.raises(ValueError, match="table: expected captures, found none"):
-        tracking_dots.tracking_accuracy(errors[:0])

@@ -143,24 +143,6 @@ def test_an_unbonded_ball_that_slips_in_part_comes_to_rest():
     assert problem.iterations < 14 * len(depths)
 
 
-LOBE = [-0.0345, 0.001, 0.01603]
-
-
-def test_indentations_that_are_rejected(root):
-    lab = yaml.safe_load((root / "config/lab.yaml").read_text())["objects"]
-    for name, point, deepest_m, line in (
-        ("foam_block", [0.4, 0, 0.0475], 0.009, "point: expected on the block's top face"),
-        ("foam_block", [0, 0, 0.0475], 0.05, "contact.deepest_m: expected less than 0.0475"),
-        ("foam_ball", [0, 0, 0.1], 0.01, "point: expected on the ball's top"),
-        ("foam_ball", [0, 0, 0.1228], 0.2, "contact.deepest_m: expected less than 0.0614"),
-        ("ear", [0, 0, 0.2], 0.004, "point: expected on the ear's surface"),
-        ("ear", LOBE, 0.03, "contact.deepest_m: expected less than 0.01603"),
-    ):
-        lab[name]["contact"]["deepest_m"] = deepest_m
-        with pytest.raises(ValueError, match=line):
-            indent_object(lab[name], point, R)
-
-
 def block(size_m, material=MATERIAL, **contact):
     shape = {"kind": "block", "size_m": size_m}
     return {"shape": shape, "material": material, "contact": CONTACT | contact}

@@ -5,7 +5,6 @@ import pytest
 import trimesh
 import yaml
 from virtual_lab.checks import lab_problems
-from virtual_lab.indentation import indent_object
 from virtual_lab.kinect import KinectDepth
 from virtual_lab.rig import depth_view
 from virtual_lab.scene import Bench, Scene
@@ -59,31 +58,6 @@ def test_a_mesh_is_bonded_to_the_table(dome):
     assert moved == pytest.approx(model.surface_rest_m @ turn.T, abs=3e-6)
 
 
-@pytest.mark.parametrize(
-    ("point", "line"),
-    [
-        ([0.01, 0, 0.1], "point: expected on the mesh's surface"),
-        ([0.01 + RADIUS, 0, RADIUS - SUNK], "point: expected where the mesh faces up"),
-    ],
-)
-def test_points_that_no_mesh_is_indented_at(dome, point, line):
-    with pytest.raises(ValueError, match=line):
-        indent_object(form(dome, 0.006) | {"contact": OPTIONS}, point, 0.006)
-
-
-def test_meshes_that_are_no_form(dome, tmp_path):
-    mesh = trimesh.load(dome)
-    mesh.apply_translation([0, 0, SUNK + 0.01]).export(tmp_path / "high.ply")
-    mesh.update_faces(np.arange(len(mesh.faces)) > 0)
-    mesh.export(tmp_path / "open.ply")
-    for name, line in (
-        ("high", "expected z from below 0 m"),
-        ("open", "expected a closed surface"),
-    ):
-        with pytest.raises(ValueError, match=f"{name}.ply: mesh: {line}"):
-            ClosedMesh(tmp_path / f"{name}.ply")
-
-
 @pytest.fixture
 def own(root):
     """The own object's lab, its sensor and its probe."""
@@ -121,12 +95,6 @@ def test_a_camera_that_writes_millimetres(own):
     assert np.median(middle) == pytest.approx(800, abs=2)
     far = KinectDepth(view, sensor["depth"], [0.1, 0.5], options, rng).image(scene, rng)
     assert not far.any()
-
-
-def test_a_picture_may_see_nothing_at_all():
-    scene, none = Scene(Bench(np.full((4, 4, 3), 0.6), None)), np.zeros((0, 3))
-    assert len(scene.cast(np.array([0, 0, 1.0]), none)["t"]) == 0
-    assert len(scene.blocked(none, np.array([0, 0, 1.0]))) == 0
 
 
 def test_a_sensor_that_reports_wrenches(own):

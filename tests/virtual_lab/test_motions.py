@@ -46,15 +46,6 @@ def test_motion_is_smooth_and_touches_at_the_point():
     assert np.degrees(np.arccos(-path.object_from_force[:, 2, 2])).max() < 8
 
 
-def test_operators_differ_in_depth():
-    depths = [
-        operator_of(seed, frames=24, depth_spread=0.08).at(np.arange(0, 4, 0.01)).depth_m.max()
-        for seed in range(6)
-    ]
-    assert 0.0045 < min(depths) < max(depths) < 0.0062
-    assert np.ptp(depths) > 1.5e-4
-
-
 def test_a_recording_lasts_as_long_as_the_motion():
     for hold_s in (0.0, 5.0):
         operator = operator_of(hold_s=hold_s)

@@ -3,14 +3,13 @@
 import cv2
 import numpy as np
 import pytest
-import trimesh
 from palpate.capture.images import depth_of
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.marker import board_of
 from virtual_lab.block import fine_surface
 from virtual_lab.kinect import KinectDepth
-from virtual_lab.paint import BlockPaint, SolidPaint, table_texture
-from virtual_lab.probe import OBJECT, TABLE, TARGET, make_probe, make_target
+from virtual_lab.paint import BlockPaint, table_texture
+from virtual_lab.probe import make_probe
 from virtual_lab.render import Light, PosedCamera, look_at, render, render_change
 from virtual_lab.rig import Exposure
 from virtual_lab.scene import Bench, Scene
@@ -61,15 +60,6 @@ def test_the_target_is_where_the_probes_file_says(scene, probe):
     assert np.abs((corners - expected).mean(axis=0)).max() < 0.08
 
 
-def test_kinds_and_shadow(scene):
-    layer = render(view(160, 120, 150.0), scene, LIGHT, samples=1)
-    assert {TABLE, OBJECT, TARGET} <= set(np.unique(layer.kind))
-    on_block = layer.kind == OBJECT
-    shadow = on_block & ~layer.lit
-    assert 0.005 < shadow.sum() / on_block.sum() < 0.4
-    assert layer.colour[shadow].mean() < 0.8 * layer.colour[on_block & layer.lit].mean()
-
-
 def test_noise_has_the_stated_variance_and_follows_the_seed():
     picture = np.full((200, 200, 3), 0.3, np.float32)
     quiet = NOISE | {"flicker": 0.0}
@@ -94,27 +84,6 @@ def test_what_changed_is_rendered_as_the_whole_would_be(bench, scene):
     # Here and there the last of a shadow's soft edge is missed.
     assert (np.abs(change.colour - whole.colour).max(axis=2) > 0.02).mean() < 1e-3
     assert (np.abs(change.colour - still.colour).max(axis=2) > 0.1).sum() > 500
-
-
-def test_gloss_is_seen_in_the_mirror_direction():
-    """Two cameras see the highlight of a shiny ball at different places: stereo's difficulty."""
-    ball = trimesh.creation.icosphere(subdivisions=4, radius=0.06)
-    options = {"colour": [0.3, 0.3, 0.3], "mottle": 0.0, "mottle_m": 0.01, "dots": 0}
-    options |= {"dot_radius_m": [0.001, 0.002], "gloss": 0.5, "shininess": 80}
-    paint = SolidPaint(options, ball.vertices, np.random.default_rng(0))
-    shiny = Scene(
-        Bench(None, paint), surface_m=ball.vertices, rest_m=ball.vertices, faces=ball.faces
-    )
-    pose = look_at([0, 0, 0], distance_m=0.5, elevation_deg=45)
-    camera = PosedCamera(PinholeCamera(160, 120, 200.0, 200.0, 79.5, 59.5), pose)
-    layer = render(camera, shiny, LIGHT, samples=2)
-    row, column = np.unravel_index(layer.colour.sum(axis=2).argmax(), layer.kind.shape)
-    origin, direction = camera.rays(np.array([[column, row]], dtype=float))
-    hit = shiny.cast(origin, direction)
-    normal = (origin + direction * hit["t"][:, None])[0] / 0.06
-    half = LIGHT.towards - direction[0]
-    assert normal @ half / np.linalg.norm(half) > 0.995
-    assert layer.colour.max() > 0.6
 
 
 def facing_plane(sensor, distance_m, bench_table):
@@ -163,8 +132,3 @@ def test_projector_casts_a_shadow_of_no_readings(sensors, scene):
     # Noise alone seldom matches: deep in the shadow there are hardly any readings.
     deep = cv2.erode(shadow.astype(np.uint8), np.ones((9, 9))) > 0
     assert missing[deep].mean() > 0.9
-
-
-def test_targets_that_the_lab_does_not_have():
-    with pytest.raises(ValueError, match="marker.kind: expected checkerboard in the lab"):
-        make_target({"kind": "aprilgrid"})

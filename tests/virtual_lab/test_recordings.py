@@ -16,10 +16,10 @@ from virtual_lab.motion import Operator
 from virtual_lab.poses import record_poses
 from virtual_lab.probe import make_probe
 from virtual_lab.record import FACING, record_capture, with_motion
-from virtual_lab.rig import bare_bench, make_rig, object_bench
+from virtual_lab.rig import bare_bench, make_rig
 from virtual_lab.rig_errors import errors_of
 from virtual_lab.rules import LabRules
-from virtual_lab.sensor_experiments import outline_path, record_calibration, record_workspace
+from virtual_lab.sensor_experiments import record_calibration, record_workspace
 
 R = 0.00622
 
@@ -43,14 +43,6 @@ def files_of(folder):
     return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
-def test_the_operators_arm_is_in_the_picture_where_the_motion_has_one(recorded):
-    seen = [
-        np.unpackbits(recorded(name, {"frames": 1} | more)[1]["mask"]).sum()
-        for name, more in (("bare", {}), ("arm", {"elbow_m": [0.3, -0.05, -0.2]}))
-    ]
-    assert seen[1] > 1.2 * seen[0]
-
-
 def test_a_jolted_camera_records_on_from_beside(recorded, common, spec, bench, half):
     """From the second of three frames; where the table lies then follows from the two poses."""
     shift = {"jolted_m": np.array([0.004, 0.0, 0.0])}
@@ -66,14 +58,6 @@ def test_a_jolted_camera_records_on_from_beside(recorded, common, spec, bench, h
     on_table = origin_m - ray * origin_m[2] / ray[0, 2]
     expected = (after.camera.project(after.local(on_table)) - middle_px)[0]
     assert np.allclose(moved_px, [expected] * 2, atol=0.1)
-
-
-def test_a_plain_table_is_bare_and_of_one_colour(common, spec):
-    small = spec | {"shape": {"kind": "block", "size_m": [0.05, 0.05, 0.05]}}
-    wood = object_bench(common, small, name="foam_block")
-    plain = object_bench(common, small | {"table": "plain"}, name="foam_block")
-    assert np.ptp(wood.table, axis=(0, 1)).min() > 0.1 and wood.props
-    assert not np.ptp(plain.table, axis=(0, 1)).any() and not plain.props
 
 
 @pytest.mark.long
@@ -121,15 +105,6 @@ def test_the_workspaces_grid(lab, common, half, probe, tmp_path):
     assert np.linalg.norm(np.diff(truth["tip_m"], axis=0)) == pytest.approx(options["step_m"])
     images = [(tmp_path / "01/left" / f"00000{k}.png").read_bytes() for k in range(2)]
     assert images[0] != images[1]
-
-
-def test_the_outline_of_the_case_is_a_radius_away_from_it():
-    size = np.array([0.142, 0.124, 0.0104])
-    path = outline_path(size, R, np.linspace(0, 1, 500))
-    outside = np.maximum(np.abs(path[:, :2]) - size[:2] / 2, 0)
-    assert np.linalg.norm(outside, axis=1) == pytest.approx(R, abs=2e-5)
-    assert np.allclose(path[0], path[-1])
-    assert set(path[:, 2]) == {R}
 
 
 def test_load_steps_of_a_mirror_image(steps, tmp_path):

@@ -130,12 +130,6 @@ def test_a_drift_grows_over_the_record(common, sensors):
     assert not ends[0][:, 3:].any()
 
 
-def test_samples_of_a_burst_share_the_last_ones_stamp(common, sensors):
-    for sizes, stamps in (({}, [0, 1, 2, 3, 4, 5, 6]), ({"burst": 3}, [2, 2, 2, 5, 5, 5, 6])):
-        errors = errors_of(common, {"device": sizes}, sensors["bumblebee"])
-        assert errors.stamped(np.arange(7)).tolist() == stamps
-
-
 def test_clocks_differ_in_offset_and_rate(recorded):
     tables, offsets = [], []
     for name, sizes in (("none", {}), ("off", {"clock_offset_s": 0.05, "clock_rate": 50e-6})):
@@ -268,13 +262,6 @@ def test_a_frame_is_the_mean_of_its_exposure(imaged):
     parts = [linear(imaged([place] * 3 + [AWAY], sizes, frames=1)) for place in places]
     assert np.abs(whole - np.mean(parts, axis=0)).max() < 0.015
     assert np.abs(whole - parts[0]).max() > 0.1
-
-
-def test_the_moments_of_a_frame(common, sensors):
-    """Of its colours, about its stamp, and of its depth."""
-    sizes = {"exposure_s": 0.03, "depth_delay_s": 0.02}
-    errors = errors_of(common, {"device": sizes}, sensors["kinect"])
-    assert errors.moments_s == pytest.approx([0, -0.01, 0.01, 0.02])
 
 
 def test_depth_may_come_after_its_colours(imaged):

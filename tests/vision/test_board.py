@@ -12,7 +12,6 @@ from palpate.__main__ import main
 from palpate.commands.board import MARGIN_MM, draw_sheet
 from palpate.config.probe import TargetFile
 from palpate.vision.board import Board
-from palpate.vision.board_pictures import board_in
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.corners import off_others, without_outliers
 from palpate.vision.marker import board_of
@@ -65,12 +64,6 @@ def test_a_board_of_two_orders_has_its_corners():
     assert board.ambiguous and min(apart) < 0.1
 
 
-def test_pictures_without_the_board_are_named():
-    empty = np.full((150, 150), 255, np.uint8)
-    found = board_in("left", {"01": drawn(BOARD), "02": empty}, BOARD)
-    assert list(found.corners) == ["01"] and list(found.missing) == ["02"]
-
-
 WIDE = Board(9, 6, 0.03)
 BENT = PinholeCamera(640, 480, 530.0, 530.0, 330.0, 235.0, (-0.28, 0.07, 0, 0, 0))
 SHAPE = 480, 640
@@ -94,12 +87,6 @@ def test_wrong_corners_go_and_no_others(wrong, size_px):
     corners[wrong] += size_px * np.column_stack([np.cos(angles), np.sin(angles)])
     kept = without_outliers(corners, WIDE.points_m, SHAPE)
     assert np.flatnonzero(np.isnan(kept[:, 0])).tolist() == wrong
-
-
-def test_too_few_corners_contradict_nothing():
-    corners = np.full((54, 2), np.nan)
-    corners[:5] = np.random.default_rng(0).uniform(0, 400, (5, 2))
-    assert without_outliers(corners, WIDE.points_m, SHAPE) == pytest.approx(corners, nan_ok=True)
 
 
 def test_a_corner_that_is_covered_is_none():

@@ -92,16 +92,6 @@ def test_between_the_frames_nothing_is_interpolated_over_a_gap(given):
     assert not path["time_s"].between(0.19, 0.31).any()
 
 
-def test_of_pictures_the_path_is_the_frames(given):
-    folder, *others = given
-    (folder / "probe_poses.csv").unlink()
-    wrenches, path, clock = capture_path(folder, *others, up=-DOWN[2])
-    expected, same = capture_wrenches(*others, up=-DOWN[2])
-    pd.testing.assert_frame_equal(wrenches, expected)
-    assert clock == same
-    np.testing.assert_array_equal(path[TIP], others[1][TIP])
-
-
 DEEP = int(np.argmax(depth_m(TIME_S)))
 
 

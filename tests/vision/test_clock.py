@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.vision.clock import USB_CLOCK_STD_S, ClockOffset, _determined, _Record, clock_offset
+from palpate.vision.clock import USB_CLOCK_STD_S, ClockOffset, clock_offset
 
 PRIOR_S = 0.01
 UNKNOWN = ClockOffset(0.0, PRIOR_S, PRIOR_S, determined=False)
@@ -224,56 +224,3 @@ def test_a_force_that_does_not_follow_the_depth():
     order = np.random.default_rng(2).permutation(len(depth))
     with pytest.raises(ValueError, match=r"follows the tip's depth, .* 0.8, found 0\.[0-7]"):
         clock_offset(force_time, force, frame_time, depth[order], std, prior_std_s=PRIOR_S)
-
-
-# The search for another time alone, without a fit: of many indentations.
-NOISE_N, DEPTH_STD_M = 0.03, 1.5e-4
-FORCE_S, FRAMES_S = np.arange(-0.3, 3.61, 0.01), np.arange(0, 3.3, 1 / 6)
-
-
-def pressed(time_s):
-    """A hand's way: down to 1 mm above the object at 1 s, 3.5 mm in 1.8 s, held."""
-    down = 15 * np.clip((time_s - 0.5) / 0.5, 0, 1) - 16 + 3.5 * np.clip((time_s - 1) / 1.8, 0, 1)
-    return 1e-3 * down
-
-
-def check(seed, *, late_s=0.0, shake_mm=0.0, way=pressed, frames_s=FRAMES_S, rough=1.0):
-    """Force record of 2 N and depths at frames, of a hand that shakes at 1.2 Hz."""
-    rng = np.random.default_rng(seed)
-    phase = rng.uniform(0, 2 * np.pi)
-
-    def shaken(time_s):
-        return way(time_s) + 1e-3 * shake_mm * np.sin(2.4 * np.pi * time_s + phase)
-
-    material = {"stiffness": 0.5 * 1e3**1.5, "noise_n": NOISE_N, "seed": rng, "late_s": late_s}
-    *record, std = seen(shaken, FORCE_S, frames_s, depth_std_m=rough * DEPTH_STD_M, **material)
-    return _determined(_Record(*record, std / rough, NOISE_N), USB_CLOCK_STD_S)
-
-
-def test_presses_at_their_time_are_taken():
-    """Of chance one in a thousand; shaking hands too, whose shaking tells; stated deviations that
-    are wrong by two count as ten frames do.
-    """
-    for seed in range(50):
-        check(seed, late_s=0.05)
-        check(seed, late_s=-0.05, shake_mm=0.3)
-    for seed in range(30):
-        check(seed, rough=2.0)
-
-
-def test_a_press_a_second_away_is_found_there():
-    with pytest.raises(ValueError, match=r"found the press about -0\.[6-9]\d s away"):
-        check(1, late_s=-0.8, shake_mm=0.8)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_quick_tap_is_told_where_its_right_time_is_likely(seed):
-    """Four frames in contact; at offsets at which fewer are, nothing is told for it or against."""
-
-    def way(time_s):
-        return 1e-3 * (4 - 12 * np.abs(time_s - 1.5))
-
-    given = {"way": way, "frames_s": np.arange(0, 3, 1 / 6)}
-    check(seed, **given)
-    with pytest.raises(ValueError, match="^force.csv: "):
-        check(seed, late_s=0.9, **given)

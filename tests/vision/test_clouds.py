@@ -1,4 +1,4 @@
-"""Clouds of the object, of depth images and of clouds, their files, and the plane of the table."""
+"""Clouds of the object, of depth images and of clouds, and the plane of the table."""
 
 import shutil
 
@@ -16,14 +16,12 @@ from palpate.vision.clouds import (
     clouds_of,
     in_mask,
     object_cloud,
-    read_clouds,
-    save_clouds,
     scene_points,
     table_of,
 )
 from palpate.vision.options import Clouds, SupportPlane
 from palpate.vision.probe import AXIS, TIP
-from palpate.vision.support_plane import fit_support_plane, height_above, read_plane
+from palpate.vision.support_plane import fit_support_plane, height_above
 from scipy.spatial import cKDTree
 
 REACH = Reach(np.array([-0.05, 0, 0.7]), 0.2, 0.2, np.array([0, -1.0, 0, 0.06]))
@@ -76,34 +74,6 @@ def test_a_piece_apart_is_not_the_object(wall, cut):
     stray = np.array([-0.05, 0.0, 0.5]) + np.random.default_rng(0).normal(0, 0.001, (60, 3))
     cloud = cut(np.concatenate([wall, stray]), 0.9)
     assert np.allclose(cloud.points_m[:, 2], 0.7)
-
-
-def test_clouds_round_trip(tmp_path):
-    rng = np.random.default_rng(0)
-    clouds = [Cloud(rng.normal(size=(n, 3)), rng.normal(size=(n, 3))) for n in (4, 7, 2)]
-    save_clouds(tmp_path / "clouds.npz", iter(clouds))
-    again = read_clouds(tmp_path / "clouds.npz")
-    assert len(again) == 3 and len(again[1:]) == 2
-    for one, other in zip(clouds, again, strict=True):
-        assert np.allclose(one, other, atol=1e-6)
-
-
-def test_damaged_files_are_rejected_at_their_frame(tmp_path):
-    rng, path = np.random.default_rng(0), tmp_path / "clouds.npz"
-    save_clouds(path, [Cloud(*rng.normal(size=(2, 50, 3)))] * 3)
-    whole, arrays = path.read_bytes(), dict(np.load(path))
-    content = bytearray(whole)
-    content[len(content) // 2] ^= 4
-    path.write_bytes(content)
-    with pytest.raises(ValueError, match=f"^{path}: .*(damaged|found none)"):
-        list(read_clouds(path))
-    for name, array, line in (
-        ("points_m", arrays["000000/points_m"][:25], "expected as many as count, .50., found 25"),
-        ("normals", np.zeros((50, 2)), r"expected numbers of shape \(n, 3\), found float64"),
-    ):
-        np.savez(path, **arrays | {f"000000/{name}": array})
-        with pytest.raises(ValueError, match=f"^{path}: frame 0: {name}: {line}"):
-            read_clouds(path)[0]
 
 
 CAMERA = PinholeCamera(320, 240, 300.0, 300.0, 159.5, 119.5)
@@ -195,19 +165,3 @@ def test_false_matches_are_no_table():
     points = rays / rng.uniform(1 / 1.5, 1 / 0.4, (20000, 1))
     with pytest.raises(ValueError, match="25% or more .* 3% .a table without a pattern"):
         fit_support_plane(points, inlier_distance_m=0.004, rng=rng)
-
-
-@pytest.mark.parametrize(
-    ("content", "line"),
-    [
-        ("nothing", "file: expected JSON, found none"),
-        ('{"normal": [0, 0], "offset_m": 1}', "normal: expected finite numbers of shape"),
-        ('{"normal": [0, 0, 1]}', "offset_m: expected a value, found none"),
-        ('{"normal": [0, 0, 1.002], "offset_m": 1}', "normal: expected a unit vector, found"),
-    ],
-)
-def test_files_that_hold_no_plane(tmp_path, content, line):
-    path = tmp_path / "support_plane.json"
-    path.write_text(content)
-    with pytest.raises(ValueError, match=line):
-        read_plane(path)

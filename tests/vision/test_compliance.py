@@ -182,11 +182,6 @@ def test_a_handle_of_steel_is_left_out_of_the_file(table, given, tmp_path):
     assert found["stiffness_n_m"] is None and 1e5 < found["stiffer_than_n_m"] < 1e7
 
 
-def test_a_table_without_force(table, refused):
-    line = refused(table(names=("depth_m", "time_s")))
-    assert "expected one column of force" in line
-
-
 def test_weights_on_paper(given, tmp_path):
     """Without noise nothing is surer than 1e-8 m/N, in digits that are read."""
     path, force = tmp_path / "weights.csv", np.arange(1, 12) * 0.5
@@ -195,7 +190,9 @@ def test_weights_on_paper(given, tmp_path):
     assert text.endswith("stiffness_n_m: 20000\ncompliance_std_m_n: 1.0e-08\n")
 
 
-def test_no_table(refused, tmp_path):
+def test_no_table_or_one_without_force(table, refused, tmp_path):
+    line = refused(table(names=("depth_m", "time_s")))
+    assert "expected one column of force" in line
     none = tmp_path / "nowhere.csv"
     line = f"{none}: source: expected a recording or a table, found none"
     assert line in refused(none)

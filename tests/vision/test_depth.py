@@ -110,17 +110,6 @@ def test_matches_that_the_other_image_does_not_confirm_are_left_out(sensors, met
     assert np.isfinite(found).mean() < 0.25
 
 
-@pytest.mark.parametrize(
-    ("option", "known"), [("method", "block"), ("subpixel", "matcher"), ("highlights", "drop")]
-)
-def test_unknown_stereo_option(sensors, option, known):
-    sensor = sensors["bumblebee"]
-    sensor = dict(sensor, stereo=dict(sensor["stereo"], **{option: "best"}))
-    image = np.zeros((64, 300), np.uint8)
-    with pytest.raises(ValueError, match=f"{option}: expected .*{known}.*found 'best'"):
-        stereo_disparity(image, image, sensor)
-
-
 def aloe(request):
     """Pair (RGB), true disparity of the left image, and the range to search [px]."""
     folder = request.getfixturevalue("root") / "tests/real/aloe"

@@ -95,28 +95,6 @@ def test_a_line_leaves_less_noise_than_the_nearest_reading(press, probe):
     assert abs(errors["linear"].mean()) < 0.01
 
 
-@pytest.mark.parametrize(
-    ("window_s", "at", "expected"),
-    [
-        (0.1, [0.25, 0.44, 0.56, 1.0], [0, 0, 0.06, 0.5]),
-        # Of five samples, -1 and four times 0: mean -0.2, slope 0.2 a sample.
-        (0.1, [0.0], [-0.6]),
-        # Two samples at least.
-        (0.004, [0.0, 0.999], [-1.0, 0.499]),
-    ],
-)
-def test_lines_are_of_the_samples_around_a_frame(probe, window_s, at, expected):
-    """Of a kinked record: level before half a second, rising after."""
-    time_s = np.arange(101) / 100
-    wrench = np.zeros((101, 6))
-    wrench[:, 2] = np.maximum(time_s - 0.5, 0)
-    wrench[0, 2] = -1.0
-    known = ForceRecord(time_s, wrench, (0.0, 0.1), tuple(WRENCH))
-    options = Force(matching="linear", linear_window_s=window_s)
-    found = frame_wrenches(known, poses_at(at, np.eye(3), probe), probe, options)
-    assert found["fz_n"].to_numpy() == pytest.approx(-np.array(expected), abs=1e-9)
-
-
 def largest_n(table):
     return np.linalg.norm(table[FORCE], axis=1).max()
 
@@ -219,15 +197,6 @@ def test_weight_of_what_hangs_on_the_sensor():
     # Down is the sensor's x; what pulls x at z = 0.1 turns it about y.
     weight = 0.5 * 9.80665
     assert found == pytest.approx([weight, 0, 0, 0, 0.1 * weight, 0], rel=1e-3)
-
-
-def test_readings_of_a_hundredth_of_a_second():
-    time = np.arange(100) / 1000
-    found = ForceRecord(time, np.column_stack([time, 2 * time]), (0.0, 0.1), ()).averaged()
-    assert found.time_s == pytest.approx(0.0045 + 0.01 * np.arange(10))
-    assert found.wrench[:, 1] == pytest.approx(2 * found.time_s)
-    slow = np.arange(5) / 50
-    assert ForceRecord(slow, slow[:, None], (0.0, 0.1), ()).averaged().time_s == pytest.approx(slow)
 
 
 def test_the_wrench_is_taken_to_the_tip_and_turned_to_the_camera(probe):

@@ -132,14 +132,11 @@ def test_recordings_of_something_else(refused, root, devices):
     assert "at least 6, found" in refused(folder / "08", *VERTICAL, *devices)
 
 
-def test_what_is_not_given(table, refused, tmp_path):
+def test_what_is_not_given_and_wrong_tables(table, refused, tmp_path):
     assert "--up: expected it, or a recording with background/, found none" in refused(table)
     assert "--up: expected a direction" in refused(table, "--up", "0", "0", "0")
     assert "frames.csv: expected a recording's, found none" in refused(tmp_path)
     assert "none: source: expected a recording or a table, found none" in refused(tmp_path / "none")
-
-
-def test_wrong_tables(table, refused):
     rows = pd.read_csv(table)
     write_table(table, rows.drop(columns="tz_nm"))
     assert f"{table}: tz_nm: expected a column" in refused(table, *VERTICAL)

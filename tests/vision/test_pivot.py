@@ -1,8 +1,5 @@
 """The tip of a handle that turns about it, drawn, real and by wrong optics."""
 
-from dataclasses import replace
-
-import cv2
 import numpy as np
 import pytest
 from palpate.units import MILLIMETRES
@@ -14,7 +11,6 @@ from palpate.vision.pivot import (
     fit_pivot,
     recorded_pivot,
     stated_covariance,
-    tip_by_optics,
 )
 from palpate.vision.pose import candidate_poses, settle
 from probe_motion import TIP_M, turned_handle
@@ -221,26 +217,6 @@ def test_a_longer_recording_determines_the_optics_no_better(board, color):
     assert long.optics_std_m == pytest.approx(short.optics_std_m, rel=0.05)
     noise = [found.covariance - found.optics_covariance for found in (short, long)]
     assert np.trace(noise[0]) / np.trace(noise[1]) == pytest.approx(4, rel=0.3)
-
-
-@pytest.mark.parametrize("steps", [{"cx_px": 0.3}, {"cy_px": 0.3}, {"fx_px": 0.5, "fy_px": 0.5}])
-def test_a_tip_moves_with_the_optics(board, color, steps):
-    """By first order as the poses do that are read again."""
-    camera = camera_from_spec(color)
-    wrong = replace(camera, **{name: getattr(camera, name) + step for name, step in steps.items()})
-    lens = wrong.matrix, np.array(wrong.distortion)
-    poses = TRUE.copy()
-    for corners, pose in zip(seen(camera, board), poses, strict=True):
-        turn = cv2.Rodrigues(np.ascontiguousarray(pose[:3, :3]))[0]
-        turn, shift = cv2.solvePnPRefineLM(
-            board.points_m, corners, *lens, turn, pose[:3, 3:].copy()
-        )
-        pose[:3, :3], pose[:3, 3] = cv2.Rodrigues(turn)[0], shift.ravel()
-    moved = fit_pivot(poses).tip_m - TIP_M
-    change = [steps.get(name, 0.0) for name in ("fx_px", "fy_px", "cx_px", "cy_px")]
-    expected = tip_by_optics(TRUE, TIP_M, board, camera)[:, :4] @ change
-    assert np.linalg.norm(expected) > 1e-5
-    assert np.linalg.norm(moved - expected) < 0.15 * np.linalg.norm(expected)
 
 
 def test_calibrated_optics_have_the_covariance_of_the_calibration(sensors, board, color):

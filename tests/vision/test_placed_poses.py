@@ -11,7 +11,7 @@ from palpate.capture.poses import PoseRecord, read_poses, write_poses
 from palpate.capture.tables import read_frames, write_frames
 from palpate.vision.calibrated_probe import placed_sensor
 from palpate.vision.follow import followed
-from palpate.vision.kalman import smooth_tip, study_filter
+from palpate.vision.kalman import smooth_tip
 from palpate.vision.options import ProbePose
 from palpate.vision.pose import MarkerPose, settle
 from palpate.vision.probe import (
@@ -219,13 +219,6 @@ def test_frames_without_the_board_are_bridged():
     frames = [[flat], [], [tilted, flat], []]
     assert settle(frames) == [flat, None, flat, None]
     assert settle([[], []]) == [None, None]
-
-
-def test_study_filter_by_hand():
-    # P0 = 0 gives gain 0, then P = 1 gives 1/11, then P = 10/11 + 1 gives 21/131.
-    found = study_filter(np.array([[1.0], [2.0], [2.0], [3.0]])).ravel()
-    second = 1 + 1 / 11
-    assert found == pytest.approx([1, 1, second, second + 21 / 131 * (3 - second)])
 
 
 def test_smoother_is_the_likeliest_path():

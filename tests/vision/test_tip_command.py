@@ -59,12 +59,19 @@ def test_frames_without_the_board_do_not_count(table, given):
     assert "190 poses, 190 count" in given(table)
 
 
-def test_what_is_not_there(tmp_path, refused, table):
+def test_what_is_not_there_and_wrong_sources(tmp_path, refused, table):
     assert "expected a recording, a table or a folder" in refused(tmp_path / "none")
     assert "expected files *.txt of 4 x 4 numbers, or a recording's frames.csv" in refused(tmp_path)
     (tmp_path / "frames.csv").write_text("frame,time_s\n")
     assert "--sensor: expected the file" in refused(tmp_path)
     assert "in use already" in refused(table, "--output", table)
+    for source in (table, tmp_path):
+        assert "--unit: expected one for text files alone" in refused(source, "--unit", "mm")
+    (matrices := tmp_path / "matrices").mkdir()
+    (matrices / "1.txt").write_text("1 0 0\n")
+    assert "1.txt: pose: expected 4 x 4 numbers, found 1 x 3" in refused(matrices)
+    np.savetxt(matrices / "1.txt", np.diag([2, 1, 1, 1]))
+    assert "1: expected a rotation and a shift" in refused(matrices)
 
 
 def inverted(facing):
@@ -98,19 +105,6 @@ NEARER = "poses: expected the tip nearer to the board than to the camera, found 
 def test_a_wrong_table(table, refused, changed, line):
     write_table(table, changed(pd.read_csv(table)))
     assert re.match(re.escape(f"error: {table}: ") + line, refused(table))
-
-
-def test_wrong_matrices(tmp_path, refused):
-    (tmp_path / "1.txt").write_text("1 0 0\n")
-    assert "1.txt: pose: expected 4 x 4 numbers, found 1 x 3" in refused(tmp_path)
-    np.savetxt(tmp_path / "1.txt", np.diag([2, 1, 1, 1]))
-    assert "1: expected a rotation and a shift" in refused(tmp_path)
-
-
-def test_a_unit_of_what_states_its_own(tmp_path, table, refused):
-    (tmp_path / "frames.csv").write_text("frame,time_s\n")
-    for source in (table, tmp_path):
-        assert "--unit: expected one for text files alone" in refused(source, "--unit", "mm")
 
 
 @pytest.mark.parametrize("lost", [np.nan, 0.0])

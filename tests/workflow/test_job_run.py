@@ -6,7 +6,7 @@ import sys
 from types import SimpleNamespace
 
 import pytest
-from palpate.workflow.job import OWNER, naming, run
+from palpate.workflow.job import OWNER, run
 from palpate.workflow.start import environment
 from stage_runs import Named
 
@@ -118,15 +118,6 @@ def test_ctrl_c_is_left_to_snakemake_to_say(capture, tmp_path, capfd):
     assert ended(stop, capture, tmp_path) == 1
     assert capfd.readouterr().err == ""
     assert (tmp_path / "log.txt").read_text().startswith("error: mask/08: stopped")
-
-
-def test_a_file_is_named_once_and_for_its_own_fields_only():
-    with pytest.raises(ValueError, match="^a.csv: force: expected more$"), naming("a.csv"):
-        raise ValueError("force: expected more")
-    with pytest.raises(ValueError, match="^a.csv: force"), naming("a.csv"), naming("a.csv"):
-        raise ValueError("force: expected more")
-    with pytest.raises(ValueError, match="^force"), naming("a.yaml", "support", "contact"):
-        raise ValueError("force: expected more")
 
 
 def test_jobs_use_one_thread_whatever_is_exported(monkeypatch):

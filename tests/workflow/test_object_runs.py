@@ -8,7 +8,7 @@ import pytest
 import yaml
 from palpate.capture.discover import CaptureId
 from palpate.workflow.configuration import open_run
-from palpate.workflow.standing import ORIGIN, Standing, kept_files, value_digest
+from palpate.workflow.standing import ORIGIN, Standing, kept_files
 from sample_run import LEFT_BEHIND, snakemake
 from settings import full, written
 from thesis.options import StudyConfig
@@ -116,11 +116,6 @@ def test_objects_of_the_study_are_nobodys_own(root):
     given = {"sensors": {}, "probes": {}, "lab": None, "curves": (), "seen": {}}
     run = StudyRun(config=config, found=found, simulated=frozenset(), **given)
     assert run.own == {"cushion"} and run.minimised == tuple(c for c in found if c != found[1])
-
-
-def test_digest_of_values_has_no_order():
-    assert value_digest({"a": 1, "b": [1, 2]}) == value_digest({"b": [1, 2], "a": 1})
-    assert value_digest({"a": 1}) != value_digest({"a": 2})
 
 
 def test_files_outside_the_object_count(tmp_path):

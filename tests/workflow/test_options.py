@@ -1,8 +1,8 @@
-"""Options: what people write, its models, and what takes a block apart know the same keys."""
+"""Options: their defaults, what people write, and what no option is."""
 
 import pytest
 import yaml
-from palpate.commands.project import FOR_RUNS, Project
+from palpate.commands.project import Project
 from palpate.config.model import problems
 from palpate.workflow.options import Config, as_asked, page, rows
 from thesis.options import StudyConfig
@@ -64,17 +64,3 @@ def test_constants_of_a_tracker_are_not_offered(name, value, line):
 def test_numbers_within_braces_on_the_command_line(given, read):
     """Of which Snakemake makes texts."""
     assert as_asked(given, [StudyConfig]) == read
-
-
-def test_the_tool_passes_over_exactly_what_the_study_adds():
-    """A name too few would reject what a run may say, one too many would hide a misspelling."""
-    study, tool = StudyConfig.model_fields, Config.model_fields
-    pairs = ((name, study[name].annotation, field.annotation) for name, field in tool.items())
-    blocks = {name: (own, of_tool) for name, own, of_tool in pairs if own is not of_tool}
-    within = {
-        f"{name}.{one}"
-        for name, (own, of_tool) in blocks.items()
-        if name != "methods"  # no block: the study adds one of its own
-        for one in own.model_fields.keys() - of_tool.model_fields.keys()
-    } | {"methods"}
-    assert within | (study.keys() - tool.keys()) == FOR_RUNS

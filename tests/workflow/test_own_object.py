@@ -8,8 +8,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from palpate.__main__ import main
-from palpate.report.material_cards import PROGRAMMES
 from sample_run import LEFT_BEHIND, counted, snakemake
 
 pytestmark = pytest.mark.workflow
@@ -135,15 +133,6 @@ def test_one_row_is_recommended_and_it_is_near_the_truth(results, root):
 
 
 @pytest.mark.long
-def test_the_run_is_the_objects_alone(results):
-    whole = (results / "summary.csv").read_bytes()
-    assert whole == (results / f"{NAME}/summary.csv").read_bytes()
-    assert not (results / "tables").exists()
-    assert not (results / "figures").exists()
-    assert not (results / "lab").exists()
-
-
-@pytest.mark.long
 def test_its_page_shows_it(results):
     page = (results / f"{NAME}/report.html").read_text()
     assert page.count('src="data:image/webp;base64,') == 5
@@ -178,15 +167,6 @@ def test_its_data_are_described(results):
     assert of_camera["depth_residual_m"].abs().max() < 0.0005
     motion = pd.read_csv(folder / "data/motion.csv")
     assert motion["fitted_moved_m"].notna().any() and motion["fitted_moved_m"].isna().any()
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("programme", PROGRAMMES)
-def test_its_material_is_exported(results, programme, tmp_path):
-    card = tmp_path / "card"
-    given = ["--sensor", SENSOR, "--results", str(results), "--output", str(card)]
-    assert main(["export", NAME, "--to", programme, *given]) == 0
-    assert "relaxation" in card.read_text()
 
 
 @pytest.mark.long

@@ -77,14 +77,6 @@ def test_no_job_needs_a_network(root, tmp_path):
     assert (tmp_path / target).is_file()
 
 
-def test_rules_are_scripts(root):
-    """A rule's shell line would take names of captures into a shell."""
-    files = [root / "Snakefile", *root.glob("workflow/Snakefile"), *root.glob("workflow/**/*.smk")]
-    assert len(files) > 5
-    for path in files:
-        assert not re.search(r"^\s+(shell|run):", path.read_text(), re.MULTILINE), path
-
-
 def planned(root, *names):
     """Words of the command that make would run."""
     command = ["make", "--no-print-directory", "--dry-run", "--old-file", ".venv/installed"]
