@@ -107,10 +107,14 @@ def test_pictures_need_no_mesh(palpate, tmp_path):
 
 def test_what_needs_an_extra_names_it(palpate):
     for extra, verb, line in (
-        ("", "calibrate", "expected cv2, found none; remedy: pip install 'palpate[vision]'"),
-        ("vision", "direct", "expected open3d, found none; remedy: pip install 'palpate[mesh]'"),
+        ("", "calibrate", "expected cv2, found none; remedy: install palpate[vision]"),
+        ("vision", "direct", "expected open3d, found none; remedy: install palpate[mesh]"),
     ):
         done = palpate(extra, verb, "raw/sponge")
         assert (done.returncode, done.stderr) == (1, f"error: palpate {verb}: {line}\n")
-    listed = palpate("", "--help").stdout
-    assert "E* of curves" in listed and "needs palpate[mesh]" in listed
+        quietly = palpate(extra, "--quiet", verb, "raw/sponge")
+        assert (quietly.returncode, quietly.stderr) == (done.returncode, done.stderr)
+        listed = palpate(extra, "--help").stdout
+        assert "E* of curves" in listed and "needs palpate[mesh]" in listed
+    assert palpate("vision", "export", "--help").returncode == 0
+    assert palpate("vision", "exprt").stderr.startswith("error: ")

@@ -38,6 +38,11 @@ def test_how_much_points_differ_has_its_interval():
     assert below == pytest.approx(0.025, abs=0.03)
 
 
+def test_points_that_agree_by_chance_do_not_prove_an_even_object():
+    agreed = homogeneity(np.full(4, np.log(E)), np.full(4, STD))
+    assert agreed.deviation == 0 and agreed.deviation_high > 2 * STD
+
+
 def test_a_stiff_inclusion_is_found_where_it_is():
     logs = np.log(E) + np.array([0, 0, 0, 0, 0, 0.7])
     found = stiffness_map(PLACES_M, [modulus(log) for log in logs])
@@ -120,6 +125,9 @@ def test_captures_of_a_point_share_its_errors():
     std = np.sqrt(0.03**2 / 4 + 0.04**2 + 0.12**2)
     assert np.log(four.high / four.low) == pytest.approx(2 * REACH * std, rel=1e-3)
     assert part == pytest.approx(1 - 0.12**2 / std**2) and four.value == pytest.approx(one.value)
+    # Narrow as the whole may be, a capture that warns is not judged better by others beside it.
+    singles[2] = single(verdict="bounded")
+    assert point_moduli(captures, singles)["2"][0].verdict == "bounded"
     # Captures that are farther apart than their noise are known no better than they are apart.
     singles[1:5] = [single(apart) for apart in (-0.2, -0.2, 0.2, 0.2)]
     wider = point_moduli(captures, singles)["2"][0]

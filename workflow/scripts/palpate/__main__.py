@@ -16,7 +16,7 @@ from palpate.commands.help import Parser
 # only the one that is asked for is loaded.
 VERBS = {"hertz": "", "new": "vision", "board": "vision", "calibrate": "vision", "noise": "mesh"}
 VERBS |= {"plan": "mesh", "import": "vision", "check": "mesh", "direct": "mesh", "export": "vision"}
-# Packages that are there only with an extra.
+# Packages that are there only with an extra: what a verb needs is said before its work begins.
 SIGNS = {"": (), "vision": ("cv2",), "mesh": ("cv2", "open3d")}
 # A keyword is no module's name.
 MODULES = {"import": "recording"}
@@ -25,9 +25,9 @@ MODULES = {"import": "recording"}
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; the exit status is 1 where it fails, with one line on what is wrong."""
     arguments = sys.argv[1:] if arguments is None else arguments
-    stream = sys.stderr
+    stream, verb = sys.stderr, next((one for one in arguments if one in VERBS), "")
     try:
-        options = _parser(arguments[:1]).parse_args(arguments)
+        options = _parser(verb, "--version" in arguments).parse_args(arguments)
         if "quiet" in options:  # no terminal, so that nobody draws a bar
             stream = SimpleNamespace(write=stream.write, flush=stream.flush, isatty=lambda: False)
             stream.quiet = True
@@ -40,7 +40,7 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"error: {line}", file=sys.stderr)
         status = 1
     except ImportError as error:
-        print(f"error: palpate {arguments[0]}: {_lacking(arguments[0], error)}", file=sys.stderr)
+        print(f"error: palpate {verb}: {_lacking(verb, error)}", file=sys.stderr)
         status = 1
     try:
         sys.stdout.flush()
@@ -64,10 +64,10 @@ def _lacking(verb: str, error: ImportError) -> str:
     # Clouds as PCD files take Open3D whatever reads them.
     extra = "mesh" if error.name == "open3d" else VERBS[verb]
     package = f"palpate[{extra}]" if extra else "palpate"
-    return f"expected {error.name}, found none; remedy: pip install '{package}'"
+    return f"expected {error.name}, found none; remedy: install {package}"
 
 
-def _parser(first: list[str]) -> argparse.ArgumentParser:
+def _parser(verb: str, version: bool) -> argparse.ArgumentParser:
     parser = Parser(
         prog="palpate",
         description="How stiff soft things are: curves, recordings, captures, estimates.",
@@ -75,14 +75,14 @@ def _parser(first: list[str]) -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(required=True, metavar="command", title="commands")
-    wanted = [name for name in VERBS if name in first]
-    for name in wanted or (VERBS if first != ["--version"] else ()):
-        missing = next((one for one in SIGNS[VERBS[name]] if find_spec(one) is None), None)
-        if not missing:
+    for name in [verb] if verb else () if version else VERBS:
+        try:
+            if missing := [one for one in SIGNS[VERBS[name]] if find_spec(one) is None]:
+                raise ModuleNotFoundError(name=missing[0])
             import_module(f"palpate.commands.{MODULES.get(name, name)}").add(commands)
-        elif wanted:
-            raise ModuleNotFoundError(name=missing)
-        else:
+        except ImportError:
+            if verb:
+                raise
             commands.add_parser(name, help=f"needs palpate[{VERBS[name]}]")
     return parser
 

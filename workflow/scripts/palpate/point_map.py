@@ -15,7 +15,7 @@ length and deviation of a process, so both are averaged by their likelihood.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,14 +25,15 @@ from scipy.special import ndtri
 from scipy.stats import chi2
 
 from palpate.estimate.direct.budget import OWN_SOURCES
-from palpate.modulus import CONFIDENCE, NOT_JUDGED, Modulus
+from palpate.modulus import CONFIDENCE, NOT_JUDGED, VERDICTS, Modulus
 from palpate.units import PERCENT
 
 FEWEST_POINTS = 3
 # What is mapped: it depends least on the material law, so points of other depths compare.
 MAPPED = "effective_reduced_modulus_pa"
 # Sources of an uncertainty budget, by how their names begin, that each capture has for itself, and
-# that captures of one point share; all others are the same error at all points.
+# that captures of one point share; all others are the same error at all points that are indented
+# alike: as deep, by the same sphere, into a surface of the same shape.
 OF_CAPTURE = (*OWN_SOURCES, "noise of", "zero of the force", "drift of the force", "captures apart")
 OF_POINT = ("curvature of the template", "indentation table", "rocking")
 # p-value from which on points are said not to differ, and the least that is printed.
@@ -95,10 +96,17 @@ def homogeneity(logs: ArrayLike, stds: ArrayLike) -> Homogeneity:
         most = np.sqrt(len(logs) * np.ptp(logs) ** 2 / level)
         return float(brentq(lambda excess: q(excess) - level, 0, most)) if q(0) > level else 0.0
 
+    def unseen(level: float) -> float:
+        """Excess with which the Q that is expected of equal points falls to a level."""
+        most = np.sqrt(freedom * variances.max() / level)
+        given = brentq(lambda e: freedom * np.mean(variances / (variances + e**2)) - level, 0, most)
+        return float(given)
+
     freedom = len(logs) - 1
     found, p = q(0.0), float(chi2.sf(q(0.0), freedom))
-    high = deviation(float(chi2.ppf((1 - CONFIDENCE) / 2, freedom)))
-    return Homogeneity(found, freedom, p, deviation(freedom), high)
+    # Points that agree better than they are expected to do not show how even they are.
+    level = float(chi2.ppf((1 - CONFIDENCE) / 2, freedom))
+    return Homogeneity(found, freedom, p, deviation(freedom), max(deviation(level), unseen(level)))
 
 
 @dataclass(frozen=True)
@@ -249,7 +257,8 @@ def point_moduli(
     """Effective E* by point with `own_part`, of captures with one sensor and their direct.json.
 
     Captures of a point are combined, by the variances that they do not share; where they differ by
-    more, these are larger (Birge's ratio). What is not judged is left out.
+    more, these are larger (Birge's ratio). The verdict is the worst of theirs and the interval's.
+    What is not judged is left out.
     """
     found: dict[str, list] = {}
     for capture, single in zip(captures, singles, strict=True):
@@ -271,7 +280,9 @@ def _combined(moduli: Sequence[Modulus], parts: Sequence[tuple]) -> tuple[Modulu
     _, point, shared = weights @ variances / weights.sum()
     reach = REACH * np.sqrt(whole := capture + point + shared)
     ends = map(float, np.exp([mean, mean - reach, mean + reach]))
-    return Modulus.of_pascals(*ends), float((capture + point) / whole)
+    found = Modulus.of_pascals(*ends)
+    verdict = max((found.verdict, *(one.verdict for one in moduli)), key=list(VERDICTS).index)
+    return replace(found, verdict=verdict), float((capture + point) / whole)
 
 
 def _parts(budget: Sequence[Mapping]) -> tuple[float, float, float]:

@@ -147,6 +147,18 @@ class Search(Minimise):
     objects: dict[str, partly(Load)] = option({}, "load of single objects")
 
 
+# Of docs/options.md, after the tool's.
+OF_STUDY = """
+## The study
+
+`config/thesis.yaml` also has `study`, `error_options`, `solid`, `minimise`, `simulation`,
+`tracking.trackers`, `.compared`, `.objects` and `.estimate_from`, and
+`experiments.cd_case_size_m`; their defaults, bounds and meaning are in
+`workflow/scripts/thesis/options.py`. With them `methods` may also name `minimise`, the study's
+error minimisation, which takes minutes a capture and determines less.
+"""
+
+
 class StudyExperiments(Experiments):
     """Recordings about the sensors: raw/sensors/<sensor>/<experiment>."""
 
@@ -186,4 +198,4 @@ class StudyConfig(Config):
 
 if __name__ == "__main__":
     with whole_file(Path(sys.argv[1])) as part:
-        part.write_text(page(), encoding="utf-8")
+        part.write_text(page() + OF_STUDY, encoding="utf-8")

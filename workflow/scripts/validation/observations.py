@@ -1,10 +1,12 @@
 """Randomised rigs without pictures: the lab's contact solutions with the noise of recordings.
 
-    python -m validation.observations RUN --draws 50 [--seed 0] [--protocol careful]
+    python -m validation.observations RUN [--draws 50] [--seed 0]
 
 of the folder of a finished `make validation`, whose objects, contact solutions and indentation
-tables are taken; writes ``observations.csv`` there and prints how often the intervals hold. What
-is drawn, and the noise that recordings were measured to have, is in config/observations.yaml.
+tables are taken; writes ``observations.csv`` and ``observations_by_tenth.csv`` there and prints how
+often the intervals hold. What is drawn is in config/observations.yaml. Errors of template, radius
+and table are those of the run, the same in all draws of an object, which are therefore not quite
+independent; crosstalk of the force, outliers and missing samples are left out.
 """
 
 import argparse
@@ -26,6 +28,7 @@ from palpate.estimate.direct.quantities import NAMES, POISSON
 from palpate.estimate.direct.table import axes_across
 from palpate.open3d_core import o3d, scene_of
 from palpate.plan import Noise, Planned, Protocol
+from palpate.units import PERCENT
 from palpate.yaml_files import load_yaml
 from scipy.interpolate import PchipInterpolator
 from scipy.signal import lfilter
@@ -46,7 +49,8 @@ COMPARED = (
 OUTSIDE_M, ASIDE_M = 0.02, 0.001
 # F^(2/3) is about linear in depth.
 FORCE_POWER = 2 / 3
-FIRST = f"{COMPARED[0]}_value"
+# Deviations of what each recording draws for itself; columns of drawn quantities begin so.
+OF_CAPTURE, DRAWN = ("clock_offset_std_s", "force_drift_std_n"), "drawn_"
 
 
 @dataclass(frozen=True)
@@ -83,7 +87,7 @@ class Contact:
         return curve(np.clip(depth_m, 0, self.depth_m[-1])) ** (1 / FORCE_POWER)
 
     def motion(self, cell_m: NDArray, normal: NDArray) -> NDArray:
-        """Way along the normals from the undeformed to the deformed surface, (k, c) [m]."""
+        """Way along normals from undeformed to deformed surface, (k, c) [m]; NaN: past both."""
         middle = cell_m.mean(axis=0)
         rays = np.hstack([cell_m + OUTSIDE_M * normal - middle, -normal])
         rays = o3d.core.Tensor(rays.astype(np.float32))
@@ -91,7 +95,9 @@ class Contact:
         for moved in self.displacement_m:
             scene = scene_of(self.rest_m + moved - middle, self.faces)
             ways.append(scene.cast_rays(rays, nthreads=1)["t_hit"].numpy().astype(float))
-        return ways[0] - np.array(ways)
+        ways = np.array(ways)
+        ways[~np.isfinite(ways)] = np.nan
+        return ways[0] - ways
 
 
 @dataclass(frozen=True)
@@ -123,7 +129,7 @@ class Lab:
         here, *beside = (self.contact.motion(cells + way, normal) for way in (0, *-aside, *aside))
         slopes = (np.array(beside[:2]) - beside[2:]) / (2 * ASIDE_M)
         # Rays that miss are of samples that no camera sees.
-        known = np.nan_to_num(np.stack([here, *slopes], axis=1), posinf=0, neginf=0)
+        known = np.nan_to_num(np.stack([here, *slopes], axis=1))
         return cKDTree(cells), PchipInterpolator(self.contact.depth_m, known)
 
     def draw(self, rng: np.random.Generator) -> tuple[list[DirectIndentation], dict, dict]:
@@ -136,35 +142,45 @@ class Lab:
         """
         ranges = self.ranges
         drawn = {name: rng.uniform(*ends) for name, ends in ranges["evenly"].items()}
-        drawn |= {name: std * rng.normal() for name, std in ranges["normally"].items()}
+        drawn |= {name: std * rng.normal() for name, std in ranges["rig_std"].items()}
         drawn |= {"captures": int(rng.integers(*ranges["captures"], endpoint=True))}
         drawn |= {"depth_m": drawn.pop("part_of_deepest") * self.contact.depth_m[-1]}
         drawn |= {"distance_m": rng.uniform(*ranges["distance_m"][self.planned.sensor["sensor"]])}
         unit_n = float(self.contact.force_at(np.array([drawn["depth_m"]]))[0])
-        drawn |= {"force_n": np.exp(rng.uniform(*np.log(ranges["force_over_solution"]))) * unit_n}
-        drawn["force_n"] = float(np.clip(drawn["force_n"], *ranges["force_n"]))
+        force_n = unit_n * np.exp(rng.uniform(*np.log(ranges["force_over_solution"])))
+        drawn |= {"force_n": float(np.clip(force_n, *ranges["force_n"]))}
+        fractions = rng.uniform(*ranges["relaxation_fraction"], len(ranges["relaxation_times_s"]))
+        drawn |= {"relaxing": float(fractions.sum())}
         relaxation = {
-            "fractions": [drawn["relaxing"] / 2] * 2,
+            "fractions": fractions.tolist(),
             "times_s": [rng.uniform(*ends) for ends in ranges["relaxation_times_s"]],
         }
         stiffer = drawn["force_n"] / unit_n
-        E = stiffer * self.material["youngs_modulus_pa"]
         tip_m = self.noise["rig_tip_m"] * rng.normal(size=3)
-        indented = [
-            self._capture(rng, drawn, relaxation, stiffer, tip_m) for _ in range(drawn["captures"])
-        ]
+        planned = self._at(drawn["distance_m"])
+        given = planned, rng, drawn, relaxation, stiffer, tip_m
+        indented = [self._capture(*given) for _ in range(drawn["captures"])]
+        E = stiffer * self.material["youngs_modulus_pa"]
         material = self.material | {"youngs_modulus_pa": E, "relaxation": relaxation}
         return indented, material, drawn
 
+    def _at(self, distance_m: float) -> Planned:
+        """The same with the noise that is stated at a distance [m]; samples stay."""
+        noise = Noise.expected(self.planned.sensor, self.planned.probe, distance_m)
+        moved = replace(self.planned, noise=replace(noise, force_n=self.noise["force_n"]))
+        vars(moved)["_samples"] = self.planned._samples
+        return moved
+
     def _capture(
         self,
+        planned: Planned,
         rng: np.random.Generator,
         drawn: Mapping,
         relaxation: Mapping,
         stiffer: float,
         tip_m: NDArray,
     ) -> DirectIndentation:
-        planned, noise = self.planned, self.noise
+        noise = self.noise
         depth_m = drawn["depth_m"] * (1 - self.ranges["depth_spread"] * rng.uniform())
         up, aside = np.deg2rad([drawn["elevation_deg"], drawn["azimuth_deg"]])
         away = [np.sin(aside) * np.cos(up), -np.cos(aside) * np.cos(up), np.sin(up)]
@@ -175,9 +191,13 @@ class Lab:
         force_n = stiffer * relaxed(fine_s, self.contact.force_at(path_m), **relaxation)
         time_s = np.arange(0, fine_s[-1], 1 / rate_hz)
         time_s = time_s[rng.random(len(time_s)) >= self.ranges["dropped_frames"]]
-        late_s = noise["clock_s"] * rng.normal() - self.ranges["force_lag_s"]
+        clock_s, drift_n = rng.normal(size=2) * [self.ranges[name] for name in OF_CAPTURE]
+        # What the offset that was found is too large by; the force comes late.
+        mean_s, std_s = noise["clock_error_s"]
+        error_s = mean_s + std_s * rng.normal()
+        late_s = error_s - self.ranges["force_lag_s"]
         read_n = (1 + drawn["force_gain"]) * np.interp(time_s + late_s, fine_s, force_n)
-        read_n += drawn["force_drift_n"] * time_s / time_s[-1]
+        read_n += drift_n * time_s / time_s[-1]
         read_n += noise["force_n"] * rng.normal(size=len(time_s))
         true_m = np.interp(time_s, fine_s, path_m)
         exact, rest = planned.exact(protocol, time_s, true_m, read_n)
@@ -188,14 +208,13 @@ class Lab:
         found_m = true_m + off_m[0] + noise["pattern_m"] * alike @ rng.normal(size=len(true_m))
         samples, motion = self._motion
         seen_m = np.interp(time_s[exact.frames] + noise["depth_delay_s"], fine_s, path_m)
-        moved_m = motion(seen_m)[..., samples.query(exact.cell_m)[1]]
+        moved_m = motion(np.maximum(seen_m, 0))[..., samples.query(exact.cell_m)[1]]
         moved_m = moved_m[:, 0] + np.tensordot(moved_m[:, 1:], off_m[1:], axes=(1, 0))
-        clock_s = drawn["clock_offset_s"] + late_s
         exact = replace(
             exact,
             tip_depth_m=found_m,
             depth_m=found_m[exact.frames],
-            clock_expected_s=clock_s,
+            clock_expected_s=clock_s + error_s,
         )
         moved_m = np.where(exact.seen, (1 + drawn["scale"]) * moved_m, np.nan)
         return planned.noisy(exact, moved_m, rest, rng, **noise["over_stated"])
@@ -215,7 +234,7 @@ def _path(depth_m: float, press_s: float, hold_s: float) -> tuple[NDArray, NDArr
 def relaxed(
     time_s: NDArray, force_n: NDArray, *, fractions: Sequence[float], times_s: Sequence[float]
 ) -> NDArray:
-    """Prony series over an elastic force that is linear between times at even steps, (n,) [N]."""
+    """Prony series over an elastic force at even times, (n,) [N]; none of the estimator's code."""
     relaxed, step_s = force_n * (1 - sum(fractions)), time_s[1] - time_s[0]
     for fraction, tau in zip(fractions, times_s, strict=True):
         kept = np.exp(-step_s / tau)
@@ -248,7 +267,7 @@ def estimates(run: Path, name: str, sensor: str, draws: int, seed: int) -> list[
         row = {"object": name, "sensor": sensor, "law": lab.material["law"], "draw": k}
         try:
             captures, material, drawn = lab.draw(rng)
-            row |= drawn
+            row |= {f"{DRAWN}{key}": value for key, value in drawn.items()}
             found = estimate_direct(
                 captures, planned.options, known, radius_m=planned.table.radius_m
             )
@@ -267,22 +286,25 @@ def estimates(run: Path, name: str, sensor: str, draws: int, seed: int) -> list[
 
 
 def summary(table: pd.DataFrame) -> pd.DataFrame:
-    """How often intervals hold, how large errors and widths are, and whether ranks are even."""
+    """How often intervals hold, how large errors and widths are, and whether ranks are even.
+
+    Errors and half-widths are in per cent of the truth, of Poisson's ratio in itself.
+    """
     rows = []
     for name in COMPARED:
         value, low, high, truth, rank = _of(table, name)
-        scale = 1.0 if name == COMPARED[-1] else truth
+        scale = 1.0 if name == COMPARED[-1] else truth / PERCENT
         row = {"quantity": name, "estimates": len(value)}
-        row |= {"holds": ((low <= truth) & (truth <= high)).mean()}
-        row |= {"median_error": ((value - truth).abs() / scale).median()}
-        row |= {"median_half_width": ((high - low) / 2 / scale).median()}
-        rows.append(row | {"even_ranks_p": kstest(rank, "uniform").pvalue})
+        row |= {"intervals that hold [%]": PERCENT * ((low <= truth) & (truth <= high)).mean()}
+        row |= {"median error": ((value - truth).abs() / scale).median()}
+        row |= {"median half-width": ((high - low) / 2 / scale).median()}
+        rows.append(row | {"p of even ranks": kstest(rank, "uniform").pvalue})
     return pd.DataFrame(rows)
 
 
-def by_tenth(table: pd.DataFrame, drawn: Sequence[str]) -> pd.DataFrame:
+def by_tenth(table: pd.DataFrame) -> pd.DataFrame:
     """How often intervals hold in each tenth of each quantity that was drawn."""
-    parts = []
+    parts, drawn = [], [name for name in table if name.startswith(DRAWN)]
     for name in COMPARED:
         _, low, high, truth, _ = _of(table, name)
         holds = ((low <= truth) & (truth <= high)).astype(float)
@@ -306,15 +328,22 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--draws", type=int, default=50, help="of each object and sensor")
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args(argv)
-    found = sorted((given.run / "results").glob("object_*/*/direct.json"))
-    pairs = [path.relative_to(given.run / "results").parts[:2] for path in found]
+    results = given.run / "results"
+    pairs = [path.relative_to(results).parts[:2] for path in results.glob("*/*/direct.json")]
+    if not pairs:
+        expected = f"expected what `make validation` leaves in {results}"
+        parser.exit(1, f"error: run: {expected}, found no direct.json\n")
     with ProcessPoolExecutor() as pool:
-        jobs = [pool.submit(estimates, given.run, *pair, given.draws, given.seed) for pair in pairs]
+        jobs = [
+            pool.submit(estimates, given.run, *pair, given.draws, given.seed)
+            for pair in sorted(pairs)
+        ]
         table = pd.DataFrame([row for job in jobs for row in job.result()])
     table.to_csv(given.run / "observations.csv", index=False)
-    drawn = table.columns[table.columns.get_loc("draw") + 1 : table.columns.get_loc(FIRST)]
-    by_tenth(table, drawn).to_csv(given.run / "observations_by_tenth.csv", index=False)
-    print(summary(table).to_string(index=False))
+    by_tenth(table).to_csv(given.run / "observations_by_tenth.csv", index=False)
+    rejected = int(table["rejected"].notna().sum()) if "rejected" in table else 0
+    print(summary(table).to_string(index=False, float_format="{:.3g}".format))
+    print(f"{rejected} of {len(table)} draws were rejected: observations.csv says why")
 
 
 if __name__ == "__main__":

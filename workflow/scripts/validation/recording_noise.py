@@ -6,8 +6,8 @@ of the folder of a finished `make validation`; writes ``recording_noise.csv`` th
 each capture, and prints them together for each sensor.
 """
 
+import argparse
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -40,8 +40,11 @@ def noise_of(results: Path, name: str, sensor: str, capture: str) -> dict:
     depth_m, real = truth["depth_m"], truth["camera_from_object"]
     pressed, rest = depth_m > PRESSED_M, depth_m < -CLEAR_M
     way = np.vstack([DOWN, axes_across(DOWN)])
-    tips = [(of - at[:3, 3]) @ at[:3, :3] @ way.T for of, at in _tips(path, truth, pose, real)]
-    off = (tips[0] - tips[1])[pressed]
+    found, true = (
+        (of - at[:3, 3]) @ at[:3, :3] @ way.T
+        for of, at in ((columns_of(path, TIP), pose), (truth["tip_m"], real))
+    )
+    off = (found - true)[pressed]
     row = {"object": name, "sensor": sensor, "capture": capture}
     row |= dict(zip(("tip_m", "across_1_m", "across_2_m"), off.mean(axis=0), strict=True))
     # What goes evenly with the depth, and what is left from frame to frame.
@@ -51,7 +54,7 @@ def noise_of(results: Path, name: str, sensor: str, capture: str) -> dict:
     row["tip_over_stated"] = left.std(ddof=2) / np.nanmedian(path[ALONG_STD])
     row["tip_alike"] = float(left[1:] @ left[:-1] / (left @ left))
     clock = json.loads((folder / "clock.json").read_text(encoding="utf-8"))
-    row["clock_s"] = clock["offset_s"] - float(truth["clock_offset_s"])
+    row["clock_error_s"] = clock["offset_s"] - float(truth["clock_offset_s"])
     force_n = [
         columns_of(path, FORCE) @ pose[:3, :3] @ DOWN,
         truth["force_n"] @ real[:3, :3] @ DOWN,
@@ -59,10 +62,9 @@ def noise_of(results: Path, name: str, sensor: str, capture: str) -> dict:
     row["force_n"] = (force_n[0] - force_n[1])[rest].std()
     contact = Contact.read(results / "lab" / name / f"contact-{capture.partition('-')[0]}.npz")
     moved_m = contact.motion(motion.cell_m, motion.normal)
-    true_m = PchipInterpolator(contact.depth_m, moved_m)(np.clip(depth_m, 0, None))
-    gap = motion.moved_m - true_m
-    near = np.linalg.norm(motion.cell_m - contact.rest_m.mean(axis=0), axis=1) < np.inf
-    seen = np.isfinite(gap) & pressed[:, None] & near
+    true_m = PchipInterpolator(contact.depth_m, np.nan_to_num(moved_m))(np.clip(depth_m, 0, None))
+    gap = np.where(np.isfinite(moved_m).all(axis=0), motion.moved_m - true_m, np.nan)
+    seen = np.isfinite(gap) & pressed[:, None]
     scaled = (gap / motion.noise_std_m)[seen]
     row["surface_over_stated"] = FROM_MEDIAN * np.median(np.abs(scaled))
     row["outliers"] = (np.abs(scaled) > OUTLYING * row["surface_over_stated"]).mean()
@@ -75,10 +77,6 @@ def noise_of(results: Path, name: str, sensor: str, capture: str) -> dict:
     return row
 
 
-def _tips(path, truth, pose, real):
-    return ((columns_of(path, TIP), pose), (truth["tip_m"], real))
-
-
 def together(rows: pd.DataFrame) -> pd.DataFrame:
     """By sensor: deviations of what a rig's captures share and of each one's own, and medians."""
     found = []
@@ -89,23 +87,29 @@ def together(rows: pd.DataFrame) -> pd.DataFrame:
             own = np.sqrt(of_rig.var().mean())
             row[f"rig_{name}"] = np.sqrt((of_rig.mean() ** 2).mean())
             row[f"capture_{name}"] = own
-        for name in ("tip_by_depth", "clock_s", "scale"):
-            row[name] = np.sqrt((part[name] ** 2).mean())
+        for name in ("tip_by_depth", "clock_error_s", "scale"):
+            row |= {f"{name}_mean": part[name].mean(), f"{name}_std": part[name].std()}
         for name in part.columns[part.columns.get_loc("tip_over_stated") :]:
-            row.setdefault(name, part[name].median())
+            if f"{name}_mean" not in row:
+                row[name] = part[name].median()
         found.append(row)
     return pd.DataFrame(found).set_index("sensor").T
 
 
 def main() -> None:
     """Measure all captures of a run."""
-    results, rows = Path(sys.argv[1]) / "results", []
-    for path in sorted(results.glob("*/*/*/motion.npz")):
-        name, sensor, capture = path.relative_to(results).parts[:3]
-        if (path.parent / "alignment.json").is_file():
-            rows.append(noise_of(results, name, sensor, capture))
-    table = pd.DataFrame(rows)
-    table.to_csv(Path(sys.argv[1]) / "recording_noise.csv", index=False)
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0], allow_abbrev=False)
+    parser.add_argument("run", type=Path)
+    run = parser.parse_args().run
+    results = run / "results"
+    found = sorted(results.glob("*/*/*/motion.npz"))
+    if not found:
+        expected = f"expected what `make validation` leaves in {results}"
+        parser.exit(1, f"error: run: {expected}, found no motion.npz\n")
+    table = pd.DataFrame(
+        [noise_of(results, *path.relative_to(results).parts[:3]) for path in found]
+    )
+    table.to_csv(run / "recording_noise.csv", index=False)
     print(together(table).to_string(float_format="{:.4g}".format))
 
 

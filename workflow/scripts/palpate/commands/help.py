@@ -47,11 +47,13 @@ def stage(text: str, *, lasting: bool = False) -> Iterator[None]:
 
     over, form = Event(), "{desc} ({elapsed})"
     with tqdm(desc=text, bar_format=form, leave=lasting, dynamic_ncols=True) as bar:
-        Thread(target=lambda: [bar.refresh() for _ in iter(lambda: over.wait(1), True)]).start()
+        clock = Thread(target=lambda: [bar.refresh() for _ in iter(lambda: over.wait(1), True)])
+        clock.start()
         try:
             yield
         finally:
             over.set()
+            clock.join()
 
 
 def add_verb(

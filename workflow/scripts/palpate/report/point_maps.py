@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from palpate.point_map import FEWEST_POINTS, StiffnessMap, stiffness_map
 from palpate.report import style
@@ -86,7 +87,7 @@ def map_picture(
             fields = (KILOPASCALS * value, values), (half, of_half)
             for panel, (field, scale), label in zip(panels, fields, LABELS, strict=True):
                 _surface(panel, vertices_m @ axis, faces, field, scale)
-                _points(panel, one, one.map.places_m @ axis)
+                _points(panel, one, axis, _ahead(one.map.places_m, vertices_m, faces) @ axis)
                 bar = plt.cm.ScalarMappable(scale, MAP)
                 figure.colorbar(bar, ax=panel, label=label, location="bottom", aspect=35)
             panels[0].set_title(style.sensor_name(one.sensor))
@@ -119,8 +120,18 @@ def _surface(axes: Axes, seen_m: NDArray, faces: NDArray, field: NDArray, scale:
     axes.set(aspect="equal", xlabel="mm")
 
 
-def _points(axes: Axes, one: PointMap, seen_m: NDArray) -> None:
-    for name, (x, y, _) in zip(one.points, MILLIMETRES * seen_m, strict=True):
-        axes.plot(x, y, "o", ms=4, mfc="white", mec=style.BLACK)
+def _ahead(places_m: NDArray, vertices_m: NDArray, faces: NDArray) -> NDArray:
+    """Normals of the faces nearest to places, (n, 3)."""
+    corners = vertices_m[faces]
+    nearest = cdist(places_m, corners.mean(axis=1)).argmin(axis=1)
+    a, b, c = corners[nearest].swapaxes(0, 1)
+    return np.cross(b - a, c - a)
+
+
+def _points(axes: Axes, one: PointMap, axis: NDArray, ahead: NDArray) -> None:
+    """Points; those on the far side are hollow."""
+    for name, place_m, towards in zip(one.points, one.map.places_m, ahead, strict=True):
+        x, y, _ = MILLIMETRES * place_m @ axis
+        axes.plot(x, y, "o", ms=4, mfc="white" if towards[2] > 0 else "none", mec=style.BLACK)
         look = {"fontsize": style.SMALL, "bbox": {"fc": "white", "alpha": 0.8, "lw": 0, "pad": 0.8}}
         axes.annotate(name, (x, y), (4, 4), textcoords="offset points", **look)

@@ -33,10 +33,7 @@ HEAD = """# Options
 
 What `config/config.yaml` or a file given with `--configfile` may say, and the files of sensors and
 probes; [object.yaml](capture_format.md#objectyaml) is described with the capture format. What is
-left out has its default. Units are in the names. Options of the study's own steps (`study`,
-`solid`, `minimise`, `simulation`, `tracking.trackers`) have their meaning in
-`workflow/scripts/thesis/options.py` and their values in `config/thesis.yaml`. `make docs` writes
-this page.
+left out has its default. Units are in the names. `make docs` writes this page.
 """
 BOUNDS = {"minimum": "at least", "exclusiveMinimum": "above"}
 BOUNDS |= {"maximum": "at most", "exclusiveMaximum": "below"}
