@@ -57,12 +57,7 @@ class PixelColour:
 def _choose_pixel(
     model: BackgroundModel, image: NDArray, mask: NDArray, *, alpha_low: float
 ) -> tuple[int, int]:
-    """Row and column of the pixel of Figure 4.11.
-
-    Of the foreground pixels off the mask's rim that are clearly of another chromaticity and darker
-    than the background, without a level near black or white, and with deviations alike in all
-    channels, the one whose colour is nearest to their median; of equals the first, row by row.
-    """
+    """Row and column of Figure 4.11's pixel: typical of those darker and of other colour."""
     fit = _fitting(model, image, alpha_low) & _off_rim(mask)
     if not fit.any():
         raise ValueError("mask: expected a pixel that shows the colour model, found none")

@@ -54,12 +54,7 @@ def _problems(
 
 
 def _deformed(problem: Problem, contact_m: NDArray, normal: NDArray) -> tuple[Surface, str]:
-    """Surface that the study's solid has under its nodal forces (Eq. 3.24), and how it moved.
-
-    ``normal`` is the outward one of the contact. The tilt of the whole body is that about
-    horizontal axes of a rigid displacement fitted to all nodes, sideways the horizontal part of
-    the surface's mean displacement.
-    """
+    """The solid's surface under its nodal forces (Eq. 3.24), its tilt, and its way sideways."""
     moved = Objective(problem, "displacement").displacement(STUDY_E_PA, STUDY_NU)
     nodes, faces = problem.mesh.nodes_m, problem.mesh.surface_triangles()
     force, after = problem.force_n.sum(axis=0), nodes + moved

@@ -62,11 +62,7 @@ NOTE = (
 def _cases(
     recorded: Recorded, frame: int, known: RestingPrior, options: Aligning
 ) -> dict[str, tuple[Callable, NDArray, NDArray]]:
-    """Alignments of a frame's cloud by name.
-
-    Each has the function from the first camera_from_object to the last, and the captured and the
-    added points that it places, camera frame [m].
-    """
+    """Alignments of a frame's cloud by name: from first pose to last, points, added points [m]."""
     template, none = recorded.template, np.zeros((0, 3))
     (whole, normals), added = recorded.clouds[frame], _added_places(recorded)
     kept = _kept(recorded, whole)
