@@ -221,10 +221,7 @@ def blocks_of(page):
 
 @pytest.mark.parametrize("part", [0, pytest.param(1, marks=pytest.mark.long)])
 def test_the_page_runs_as_it_stands(part, root, tmp_path, monkeypatch, capsys):
-    (tmp_path / "curves").mkdir()
-    for name in ("curve.csv", "curves/one.csv", "curves/two.csv"):
-        (tmp_path / name).write_bytes(PLAIN.content())
-    (tmp_path / "curves/none.csv").write_text("no curve\n")
+    (tmp_path / "curve.csv").write_bytes(PLAIN.content())
     for name in ("tests", "config"):
         (tmp_path / name).symlink_to(root / name)
     monkeypatch.chdir(tmp_path)
@@ -235,8 +232,7 @@ def test_the_page_runs_as_it_stands(part, root, tmp_path, monkeypatch, capsys):
     said = capsys.readouterr()
     assert "skfem" not in said.err
     if part == 0:
-        assert list(names["table"].index) == ["one.csv", "two.csv"]
-        assert "none.csv curves/none.csv: file: expected a text table" in said.out
+        assert "E* " in said.out and "reduced_modulus_pa" in names["found"].told()
     else:
         assert said.out.count("DirectEstimate of 1 capture") == 2
 

@@ -122,7 +122,7 @@ def test_a_press_in_bursts_is_the_same_press(own, caplog):
     assert "force.csv: its stamps in bursts of 10 samples, which were spread" in caplog.text
     assert found == pytest.approx(press.wrenches[FORCE].to_numpy(), abs=1e-3)
     assert offset_s == pytest.approx(press.clock.offset_s, abs=1e-4)
-    told = "its stamps in bursts of 10 samples, which were spread"
+    told = "its times came in bursts of 10 samples and were spread evenly"
     assert list(told_of(capture.folder, WRENCH_COLUMNS)) == [told]
 
 
@@ -171,5 +171,5 @@ def test_volts_beside_newtons_are_the_same_everywhere(own):
     sensors = {capture.sensor["sensor"]: capture.sensor}
     assert check_object(capture.folder.parents[1], sensors, probes) == []
     assert zeroed(capture.force, capture.probe, 0.5, 0.0).columns == WRENCH_COLUMNS
-    told = "volts and newtons, of which fx_n..tz_nm were taken"
+    told = "it has volts and newtons, of which fx_n..tz_nm were taken"
     assert list(told_of(capture.folder, WRENCH_COLUMNS)) == [told]

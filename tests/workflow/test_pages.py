@@ -76,6 +76,11 @@ def test_the_report_lists_chapters_and_opens_a_figure_and_a_table(report):
     report.until(CLICK_IN_ROW, "Figure 5.\u200a2:", 1)
     report.until("return document.body.textContent.includes('the fit of Eq. 5.1')")
     assert "(simulated)" in report.run("return document.body.textContent")
+    untroubled(report)
+
+
+@in_a_browser
+def test_the_report_opens_a_page_of_the_run(report):
     assert report.run(CLICK, "This run")
     report.until(CLICK_IN_ROW, "Summary", 0)
     report.until("return document.querySelector('iframe')")
