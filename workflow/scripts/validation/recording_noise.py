@@ -26,8 +26,8 @@ from validation.observations import Contact
 DOWN = np.array([0.0, 0.0, -1.0])
 # Deeper than this the tip presses; farther above than this it is at rest [m].
 PRESSED_M, CLEAR_M = 0.0005, 0.0005
-# Residuals beyond so many deviations are outliers.
-OUTLYING = 5.0
+# Residuals beyond so many deviations are outliers; a surface that moves by so many shows a scale.
+OUTLYING, MOVING = 5.0, 10.0
 
 
 def noise_of(results: Path, name: str, sensor: str, capture: str) -> dict:
@@ -73,7 +73,9 @@ def noise_of(results: Path, name: str, sensor: str, capture: str) -> dict:
     row["alike_m"] = correlation_length(
         motion.cell_m, np.where(pressed[:, None], gap, np.nan)[pressed]
     )
-    row["scale"] = (gap * true_m)[seen].sum() / (true_m[seen] ** 2).sum()
+    # Only where the surface moves by much more than its noise.
+    moves = np.abs(true_m[seen]).max() > MOVING * row["stated_m"]
+    row["scale"] = (gap * true_m)[seen].sum() / (true_m[seen] ** 2).sum() if moves else np.nan
     return row
 
 
