@@ -9,9 +9,10 @@ import pytest
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.relaxation import relaxed_force
+from palpate.modulus import columns
 from palpate.plan import Noise, Planned
 from palpate.yaml_files import load_yaml
-from validation.observations import COMPARED, Contact, Lab, by_tenth, relaxed, summary
+from validation.observations import MODULI, Contact, Lab, by_tenth, relaxed, summary
 
 E_PA = 2e4
 FIT = Fit(poisson_ratio_bounds=(0.0, 0.45))
@@ -118,19 +119,25 @@ def test_the_force_relaxes_as_a_prony_series():
 
 def test_the_summary_counts_what_holds_over_all_and_in_tenths():
     rng, n = np.random.default_rng(0), 400
-    table = pd.DataFrame({"drawn_depth_m": rng.uniform(size=n)})
-    for name in COMPARED:
-        off = rng.normal(size=n)
-        # Too narrow by half where the indentation is deep.
-        half = np.where(table["drawn_depth_m"] > 0.5, 0.98, 1.96)
-        table[f"{name}_value"], table[f"{name}_truth"] = 10 + off, 10.0
-        table[f"{name}_low"], table[f"{name}_high"] = 10 + off - half, 10 + off + half
-        table[f"{name}_rank"] = rng.uniform(size=n)
-    table.loc[:9, f"{COMPARED[0]}_truth"] = np.nan
+    table = pd.DataFrame({"drawn_depth_m": rng.uniform(size=n), "rig": range(n)})
+    # Too narrow by half where the indentation is deep.
+    half = np.where(table["drawn_depth_m"] > 0.5, 0.98, 1.96)
+    for name in MODULI:
+        off, stem = rng.normal(size=n), name.removesuffix("_pa")
+        ends = dict(zip(columns(name), (10 + off, 10 + off - half, 10 + off + half), strict=False))
+        held = (np.abs(off) < half).astype(object)
+        known = {
+            f"{stem}_error": off / 10,
+            f"{stem}_covered": held,
+            f"{stem}_rank": rng.uniform(size=n),
+        }
+        table = table.assign(**ends, **known)
+    table.loc[:9, "effective_reduced_modulus_covered"] = None
     found = summary(table)
-    assert found["estimates"].tolist() == [n - 10, n, n, n]
-    assert found["intervals that hold [%]"].between(76, 86).all()
-    assert (found["p of even ranks"] > 0.001).all()
+    held = [line.split(" of ") for line in found["intervals that hold"]]
+    assert [int(of) for _, of in held] == [n - 10, n, n, n]
+    assert all(0.76 < int(inside) / int(of) < 0.86 for inside, of in held)
+    assert (found["p of even ranks"].astype(float) > 0.001).all()
     tenths = by_tenth(table).query("quantity == 'poisson_ratio'")
     assert tenths["count"].sum() == n and len(tenths) == 10
     deep = tenths["tenth"] >= 5

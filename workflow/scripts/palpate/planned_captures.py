@@ -203,10 +203,8 @@ class PlannedCaptures:
 
         ``rest`` frames are at rest; ``tip`` and ``surface`` are the noise over that stated.
         """
-        apart, std_m = (
-            np.linalg.norm(exact.cell_m[:, None] - exact.cell_m, axis=2),
-            exact.moved_std_m,
-        )
+        std_m, cell_m = exact.moved_std_m, exact.cell_m
+        apart = np.linalg.norm(cell_m[:, None] - cell_m, axis=2)
         root = np.linalg.cholesky(np.exp(-((apart / ALIKE_M) ** 2)) + 1e-6 * np.eye(len(apart)))
         # Noise of displacements, with errors that samples share; and of depths.
         noise, (at_rest, pattern, *_) = rng.normal(size=(2, *motion_m.shape)) @ root.T

@@ -24,11 +24,11 @@ from palpate.estimate.direct.deviations import ALIKE_M
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.options import Fit, ProbeUncertainty
-from palpate.estimate.direct.quantities import NAMES, POISSON
+from palpate.estimate.direct.quantities import NAMES
 from palpate.estimate.direct.table import axes_across
+from palpate.modulus import columns
 from palpate.open3d_core import o3d, scene_of
 from palpate.plan import Noise, Planned, Protocol
-from palpate.units import PERCENT
 from palpate.yaml_files import load_yaml
 from scipy.interpolate import PchipInterpolator
 from scipy.signal import lfilter
@@ -37,14 +37,9 @@ from scipy.stats import kstest
 from scipy.stats import t as student
 from validation.forecasts import rig_of
 from validation.measured import truth_of
+from validation.randomised_rigs import MODULI, summary_of
 
 RANGES = Path("config/observations.yaml")
-COMPARED = (
-    "effective_reduced_modulus_pa",
-    "reduced_modulus_pa",
-    "youngs_modulus_pa",
-    "poisson_ratio",
-)
 # A ray starts so far outside of the surface; contacts beside each other, for slopes [m].
 OUTSIDE_M, ASIDE_M = 0.02, 0.001
 # F^(2/3) is about linear in depth.
@@ -264,7 +259,7 @@ def estimates(run: Path, name: str, sensor: str, draws: int, seed: int) -> list[
     planned, known = lab.planned, ProbeUncertainty.of(lab.planned.probe)
     for k in range(draws):
         rng = np.random.default_rng([seed, zlib.crc32(f"{name} {sensor}".encode()), k])
-        row = {"object": name, "sensor": sensor, "law": lab.material["law"], "draw": k}
+        row = {"object": name, "sensor": sensor, "law": lab.material["law"], "rig": f"{name} {k}"}
         try:
             captures, material, drawn = lab.draw(rng)
             row |= {f"{DRAWN}{key}": value for key, value in drawn.items()}
@@ -275,50 +270,35 @@ def estimates(run: Path, name: str, sensor: str, draws: int, seed: int) -> list[
             rows.append(row | {"rejected": str(error)})
             continue
         truth, budget, values = truth_of(material), found.budget, found.quantities.values
-        for quantity in COMPARED:
+        for quantity, (_, relative) in MODULI.items():
             one, true, at = found.moduli[quantity], truth[quantity], NAMES.index(quantity)
-            gap = (true if at == POISSON else np.log(true)) - values[at]
-            row |= {f"{quantity}_{end}": getattr(one, end) for end in ("value", "low", "high")}
-            row[f"{quantity}_truth"] = true
-            row[f"{quantity}_rank"] = student.cdf(gap / budget.std[at], budget.freedom[at])
+            gap = (np.log(true) if relative else true) - values[at]
+            stem, known_truth = quantity.removesuffix("_pa"), np.isfinite(true)
+            row |= dict(zip(columns(quantity), (one.value, one.low, one.high), strict=False))
+            row[f"{stem}_error"] = one.value / true - 1 if relative else one.value - true
+            row[f"{stem}_covered"] = one.low <= true <= one.high if known_truth else None
+            row[f"{stem}_rank"] = student.cdf(gap / budget.std[at], budget.freedom[at])
         rows.append(row)
     return rows
 
 
 def summary(table: pd.DataFrame) -> pd.DataFrame:
-    """How often intervals hold, how large errors and widths are, and whether ranks are even.
-
-    Errors and half-widths are in per cent of the truth, of Poisson's ratio in itself.
-    """
-    rows = []
-    for name in COMPARED:
-        value, low, high, truth, rank = _of(table, name)
-        scale = 1.0 if name == COMPARED[-1] else truth / PERCENT
-        row = {"quantity": name, "estimates": len(value)}
-        row |= {"intervals that hold [%]": PERCENT * ((low <= truth) & (truth <= high)).mean()}
-        row |= {"median error": ((value - truth).abs() / scale).median()}
-        row |= {"median half-width": ((high - low) / 2 / scale).median()}
-        rows.append(row | {"p of even ranks": kstest(rank, "uniform").pvalue})
-    return pd.DataFrame(rows)
+    """`randomised_rigs.summary_of`, and how likely the truth's ranks are if they are even."""
+    ranks = [table[f"{name.removesuffix('_pa')}_rank"].dropna() for name in MODULI]
+    chances = [f"{kstest(one, 'uniform').pvalue:.2g}" for one in ranks]
+    return summary_of(table).assign(**{"p of even ranks": chances})
 
 
 def by_tenth(table: pd.DataFrame) -> pd.DataFrame:
     """How often intervals hold in each tenth of each quantity that was drawn."""
     parts, drawn = [], [name for name in table if name.startswith(DRAWN)]
-    for name in COMPARED:
-        _, low, high, truth, _ = _of(table, name)
-        holds = ((low <= truth) & (truth <= high)).astype(float)
+    for name in MODULI:
+        holds = table[f"{name.removesuffix('_pa')}_covered"].dropna().astype(float)
         for one in drawn:
             tenth = pd.qcut(table.loc[holds.index, one], 10, labels=False, duplicates="drop")
             of = holds.groupby(tenth).agg(["mean", "count"]).rename_axis("tenth").reset_index()
             parts.append(of.assign(drawn=one, quantity=name))
     return pd.concat(parts)
-
-
-def _of(table: pd.DataFrame, name: str) -> list[pd.Series]:
-    """Value, ends, truth and rank of a quantity, where there is a truth."""
-    known = table[table[f"{name}_truth"].notna()]
-    return [known[f"{name}_{part}"] for part in ("value", "low", "high", "truth", "rank")]
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -342,7 +322,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     table.to_csv(given.run / "observations.csv", index=False)
     by_tenth(table).to_csv(given.run / "observations_by_tenth.csv", index=False)
     rejected = int(table["rejected"].notna().sum()) if "rejected" in table else 0
-    print(summary(table).to_string(index=False, float_format="{:.3g}".format))
+    print(summary(table).to_string(index=False))
     print(f"{rejected} of {len(table)} draws were rejected: observations.csv says why")
 
 
