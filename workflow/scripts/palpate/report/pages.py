@@ -82,15 +82,9 @@ def _picture(content: bytes) -> str:
     return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
-def _environment() -> Environment:
-    loader = FileSystemLoader(TEMPLATES)
-    look = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
-    made = Environment(loader=loader, autoescape=True, **look)
-    # Of Markdown in a line: code and emphasis.
-    made.filters["inline"] = lambda text: Markup(PARSER.renderInline(text))
-    made.filters["single_hyphens"] = lambda text: re.sub("-(?=-)", "- ", text)
-    made.filters |= {"script": _script, "picture": _picture, "title_of": title_of}
-    return made
-
-
-ENVIRONMENT = _environment()
+LOOK = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
+ENVIRONMENT = Environment(loader=FileSystemLoader(TEMPLATES), autoescape=True, **LOOK)
+ENVIRONMENT.filters |= {"script": _script, "picture": _picture, "title_of": title_of}
+# Of Markdown in a line: code and emphasis.
+ENVIRONMENT.filters["inline"] = lambda text: Markup(PARSER.renderInline(text))
+ENVIRONMENT.filters["single_hyphens"] = lambda text: re.sub("-(?=-)", "- ", text)

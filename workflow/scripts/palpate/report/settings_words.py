@@ -51,7 +51,7 @@ def rests_on(
             presses.append(f"{sensor_name(sensor['sensor'])}: {_presses(mine)}")
     stands = HOLDS[support.get("contact", "bonded")]
     rows = {
-        "probe": f"{probe['probe']}: {_words(indenter['shape'])} of radius {radius}",
+        "probe": f"{probe['probe']}: {indenter['shape'].replace('_', ' ')} of radius {radius}",
         "camera": "; ".join(cameras),
         "indentations": "; ".join(presses),
         "template": f"{spec['template'].get('file', 'made of its scans')}",
@@ -71,7 +71,7 @@ def _camera(sensor: Mapping, held: Sequence[Held]) -> str:
     size = "clouds without pictures"
     if color := sensor.get("color"):
         size = f"{color['width_px']} x {color['height_px']} pixels"
-    told = f"{sensor_name(sensor['sensor'])} ({_words(sensor['kind'])}), {size}"
+    told = f"{sensor_name(sensor['sensor'])} ({sensor['kind'].replace('_', ' ')}), {size}"
     if not held:
         return told
     rate, away = _between([one.rate_hz for one in held]), _between([o.distance_m for o in held], 2)
@@ -122,16 +122,10 @@ def _place(position_m: Sequence[float]) -> str:
     return "(" + ", ".join(f"{MILLIMETRES * x:.1f}" for x in position_m) + ") mm"
 
 
-def _words(name: str) -> str:
-    return name.replace("_", " ")
-
-
 def as_yaml(content: Mapping) -> str:
     """YAML of a file or of options."""
     # Snakemake's own mappings are none that YAML knows.
-    plain = json.loads(json.dumps(content, default=_plain))
+    plain = json.loads(
+        json.dumps(content, default=lambda one: dict(one) if isinstance(one, Mapping) else str(one))
+    )
     return yaml.safe_dump(plain, sort_keys=False, width=96, allow_unicode=True).rstrip()
-
-
-def _plain(value: object) -> object:
-    return dict(value) if isinstance(value, Mapping) else str(value)
