@@ -59,7 +59,7 @@ def test_more_of_it_narrows_the_intervals(planned, protocol, better, worse):
 
 def test_what_limits_is_the_noise_that_is_large(planned, protocol):
     noisy = replace(planned, noise=replace(planned.noise, surface_m=1e-3)).forecast(protocol)
-    assert noisy.limit["poisson_ratio"] == "noise of the motion"
+    assert noisy.limit["poisson_ratio"] == "noise of the displacement"
     assert noisy.verdict["poisson_ratio"] == "bounded"
     assert planned.forecast(protocol).verdict["poisson_ratio"] == "identified"
     shaky = replace(planned, noise=replace(planned.noise, tip_m=3e-4)).forecast(protocol)

@@ -62,7 +62,7 @@ KEPT += [
     c for name in LABELS for c in (f"true_{name}", *columns(name)[:3], f"{STEMS[name]}_covered")
 ]
 KEPT += [column for law in LAWS for column in (law, f"{law}_std")]
-KEPT += [f"known_{KNOWN}", "effective_depth_m", "doubts"]
+KEPT += [f"known_{KNOWN}", "effective_depth_m", "warnings"]
 Changed = Callable[[DirectIndentation], DirectIndentation]
 
 
@@ -201,8 +201,8 @@ def failures(record: pd.DataFrame) -> list[str]:
         off = row[f"known_{KNOWN}"] / row[f"true_{KNOWN}"] - 1
         if abs(off) > KNOWN_BAND:
             found.append(f"{who}{KNOWN} with nu and law known: {100 * off:+.1f} % off")
-        if isinstance(row["doubts"], str):
-            found.append(f"{who}warning: {row['doubts']}")
+        if isinstance(row["warnings"], str):
+            found.append(f"{who}warning: {row['warnings']}")
     return found
 
 
@@ -251,7 +251,7 @@ def check(record: Path = RECORD) -> list[str]:
 
 def read_record(path: Path) -> pd.DataFrame:
     """Read a record."""
-    return pd.read_csv(path, comment="#", dtype={"capture": str, "doubts": object})
+    return pd.read_csv(path, comment="#", dtype={"capture": str, "warnings": object})
 
 
 def show(record: pd.DataFrame) -> list[str]:

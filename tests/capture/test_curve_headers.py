@@ -105,10 +105,10 @@ def test_points_that_may_be_of_thousands_are_warned_of(tmp_path):
     depth, force = indentation()
     columns, how = (57 + 1e3 * depth, force), {"mark": ";", "number": "{:.3f}"}
     path = written(tmp_path, "Weg (mm);Kraft (N)", *columns, **how)
-    assert "numbers like 57.000 have points as of thousands" in read_curve(path).doubts[0]
+    assert "numbers like 57.000 have points as of thousands" in read_curve(path).warnings[0]
     curve = read_curve(written(tmp_path, "Weg (mm);Kraft (N)", *columns, **how, decimal=","))
     assert np.ptp(curve.depth_m) == pytest.approx(1.4e-3)
-    assert "numbers like 57,000 have commas as of thousands" in curve.doubts[0]
+    assert "numbers like 57,000 have commas as of thousands" in curve.warnings[0]
 
 
 def test_cells_that_are_filled_later_hide_no_rows(tmp_path):

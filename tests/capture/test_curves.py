@@ -143,7 +143,7 @@ def test_what_a_probes_file_says_counts_for_the_check(bench):
     found = examine_object(bench.folder, {}, {"ball": probe})
     assert any("force over 60 N/m taken off the depth" in line for line in found.found)
     found = examine_object(bench.folder, {}, {"ball": {"indenter": {"radius_m": 0.005}}})
-    assert any("(curves.stiffness_n_m takes it off)" in line for line in found.doubts)
+    assert any("(curves.stiffness_n_m takes it off)" in line for line in found.warnings)
 
 
 def test_a_curve_that_is_none_is_said(bench):
@@ -168,9 +168,9 @@ def test_what_gives_way_before_the_tip_is_taken_off(tmp_path, capsys):
     path = written(tmp_path, "Piezo (mm),Force (N)", 1e3 * (depth + force / 60), force)
     found = fitted(path, capsys, *PARABOLA)
     assert found["reduced_modulus_pa"] < 0.7 * E_STAR_PA
-    assert any(line.startswith("Piezo is the way of the drive") for line in found["doubts"])
+    assert any(line.startswith("Piezo is the way of the drive") for line in found["warnings"])
     found = fitted(path, capsys, *PARABOLA, *SPRING)
-    assert not any("drive" in line for line in found["doubts"])
+    assert not any("drive" in line for line in found["warnings"])
     with pytest.raises(ValueError, match="stiffness_n_m: expected above 0, found 0"):
         read_curve(path, stiffness_n_m=0.0)
 
@@ -198,7 +198,7 @@ def test_a_spring_is_taken_off_a_drives_depth_alone(header, tip, options, tmp_pa
     found = fitted(path, capsys, *PARABOLA, *SPRING, *options)
     assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.01)
     assert (TAKEN_OFF in found["read"]) == (tip is None)
-    assert tip is None or f"{tip} is the tip's own depth" in found["doubts"][0]
+    assert tip is None or f"{tip} is the tip's own depth" in found["warnings"][0]
 
 
 def test_what_the_file_states_otherwise_is_said(tmp_path, capsys):
@@ -206,11 +206,11 @@ def test_what_the_file_states_otherwise_is_said(tmp_path, capsys):
     head = "Tip radius (um)\t4000\nSpring Constant: 60 N/m\nRamp (mm)\tForce (N)"
     path = written(tmp_path, head, 1e3 * (depth + force / 60), force, mark="\t")
     found = fitted(path, capsys, *SPRING)
-    assert "the file states radius_m 0.004, where 0.005 was given" in found["doubts"]
-    assert not any("stiffness" in line for line in found["doubts"])
-    assert read_curve(path, radius_m=0.004).doubts == read_curve(path).doubts
+    assert "the file states radius_m 0.004, where 0.005 was given" in found["warnings"]
+    assert not any("stiffness" in line for line in found["warnings"])
+    assert read_curve(path, radius_m=0.004).warnings == read_curve(path).warnings
     line = "the file states a spring of 60 N/m: --stiffness-n-m takes it off, if Ramp is the dr"
-    assert any(one.startswith(line) for one in fitted(path, capsys)["doubts"])
+    assert any(one.startswith(line) for one in fitted(path, capsys)["warnings"])
     line = rejected(path, capsys, *BALL, "--stiffness-n-m", "1")
     assert "is Ramp the tip's own, or it another" in line
 
@@ -231,8 +231,8 @@ def test_a_retract_alone_is_turned_whichever_way_its_columns_count(way, sign, tm
     path = written(tmp_path, "Height (mm),Force (N)", *columns)
     found = fitted(path, capsys, *PARABOLA)
     assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.01)
-    assert any("its rows were turned" in line for line in found["doubts"])
-    assert any("not plain" in one and "to begin pressed" in one for one in found["doubts"])
+    assert any("its rows were turned" in line for line in found["warnings"])
+    assert any("not plain" in one and "to begin pressed" in one for one in found["warnings"])
 
 
 def test_of_cycles_the_deepest_loading_is_taken(tmp_path):
@@ -242,7 +242,7 @@ def test_of_cycles_the_deepest_loading_is_taken(tmp_path):
     path = written(tmp_path, "depth_mm,force_n", 1e3 * np.hstack(way), np.hstack(load))
     curve = read_curve(path)
     assert (curve.phases.loading.start, curve.phases.loading.stop) == (4 * 281 - 1, 5 * 281)
-    assert "the record holds 3 loadings: the deepest is fitted" in curve.doubts
+    assert "the record holds 3 loadings: the deepest is fitted" in curve.warnings
 
 
 @pytest.mark.parametrize(("way", "sign"), [(1, 1), (-1, 1), (1, -1), (-1, -1)])
@@ -258,7 +258,7 @@ def test_cycles_that_begin_pressed_are_fitted_where_they_are_free_before(last, w
     assert (loading.start, loading.stop) == pytest.approx((281, 562), abs=2)
     assert "turned" not in curve.read.replace("sign turned", "")
     assert np.allclose(curve.loading()[1][-1], force[-1], rtol=0.02)
-    assert any("the record begins pressed: its first 28" in line for line in curve.doubts)
+    assert any("the record begins pressed: its first 28" in line for line in curve.warnings)
 
 
 def test_a_glitch_is_no_deepest_sample_and_an_outlier_is_named(tmp_path):
@@ -291,5 +291,5 @@ def test_intervals_allow_for_noise_that_drifts():
         found = hertz.fit(depth, noisy, radius_m=0.005, indenter="parabola", baseline=True)
         low, high = found.reduced_modulus_interval_pa
         held += low < 2e4 < high
-        assert any("follow a pattern" in line for line in found.doubts)
+        assert any("follow a pattern" in line for line in found.warnings)
     assert held >= 15

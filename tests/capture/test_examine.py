@@ -37,7 +37,7 @@ def cube(tmp_path):
 def test_a_right_template_is_described_inside_out_too(cube):
     folder, spec = cube
     found = examine_template(folder, spec)
-    assert not found.wrong and not found.doubts
+    assert not found.wrong and not found.warnings
     text = " ".join(found.found)
     assert "closed, 98 vertices, 80 x 80 x 80 mm, 512 cm3" in text
     # The bottom's 64 square centimetres are held.
@@ -52,7 +52,7 @@ def test_a_right_template_is_described_inside_out_too(cube):
 def test_a_press_along_the_surface_is_doubtful(cube):
     folder, spec = cube
     spec["points"]["top"]["direction"] = [1, 0, -0.2]
-    (line,) = examine_template(folder, spec).doubts
+    (line,) = examine_template(folder, spec).warnings
     assert "points.top.direction: expected a press within 45 degrees" in line
     assert line.endswith("found 79")
 
@@ -80,7 +80,7 @@ def examined_force(folder, record, probe, frames_s=FRAMES_S):
 
 def test_a_right_press_is_described_in_volts_too(tmp_path, probe):
     found = examined_force(tmp_path, pressed(), {})
-    assert not found.wrong and not found.doubts
+    assert not found.wrong and not found.warnings
     assert "force 500 Hz" in found.found[0] and "peak 2.0" in found.found[0]
     wrench = pressed()
     inverse = np.linalg.inv(np.array(probe["gauge"]["calibration"]))
@@ -98,7 +98,7 @@ def test_a_right_press_is_described_in_volts_too(tmp_path, probe):
     ],
 )
 def test_doubtful_presses(tmp_path, record, words):
-    lines = examined_force(tmp_path, record, {}).doubts
+    lines = examined_force(tmp_path, record, {}).warnings
     assert any(words in line for line in lines)
 
 
@@ -224,14 +224,14 @@ def grey(level=100):
 
 def test_gaps_between_frames(tmp_path):
     even = examine_frames(folder_of(tmp_path, grey(), times=[0.0, 0.2, 0.4, 0.7]), SENSOR)
-    assert even.found[0] == "4 frames over 0.70 s (5.0 Hz), 60 x 40 px" and not even.doubts
-    (line,) = examine_frames(folder_of(tmp_path, grey(), times=[0, 0.2, 0.4, 1.2]), SENSOR).doubts
+    assert even.found[0] == "4 frames over 0.70 s (5.0 Hz), 60 x 40 px" and not even.warnings
+    (line,) = examine_frames(folder_of(tmp_path, grey(), times=[0, 0.2, 0.4, 1.2]), SENSOR).warnings
     assert line.endswith("time_s: expected frames about 0.200 s apart, found a gap of 0.80 s")
 
 
 @pytest.mark.parametrize(("level", "fine"), [(14, False), (15, True), (240, True), (241, False)])
 def test_frames_that_are_dark_or_overexposed(tmp_path, level, fine):
-    assert (not examine_frames(folder_of(tmp_path, grey(level)), SENSOR).doubts) == fine
+    assert (not examine_frames(folder_of(tmp_path, grey(level)), SENSOR).warnings) == fine
 
 
 @pytest.mark.parametrize(
@@ -250,11 +250,11 @@ def test_a_scene_against_its_background(tmp_path, pixels, line):
     found = examine_scene(*folders, SENSOR)
     if line is None:
         new = "% of the picture is new against the background"
-        assert not found.doubts and found.found[0].endswith(new)
+        assert not found.warnings and found.found[0].endswith(new)
         # Blurred by seven pixels, a third of a step of sixty reaches one column farther.
         assert int(found.found[0].split("%")[0]) == pytest.approx(100 * 21 / 60, abs=2)
     else:
-        assert re.search(line, found.doubts[0]) and not found.found
+        assert re.search(line, found.warnings[0]) and not found.found
 
 
 @pytest.mark.parametrize(
@@ -272,7 +272,7 @@ def test_depths_of_the_middle(tmp_path, rows, depth_mm, line):
     image = np.zeros((40, 60), np.uint16)
     image[: 10 + rows] = depth_mm
     found = examine_frames(folder_of(tmp_path, grey(), image), SENSOR)
-    wrong = found.wrong + found.doubts
+    wrong = found.wrong + found.warnings
     assert [one.endswith(line) for one in wrong] == [True] if line else not wrong
     if rows and depth_mm == 900:
         assert found.found[-1] == f"depth is known in {5 * rows}% of the middle, 0.90 m"

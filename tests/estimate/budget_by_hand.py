@@ -21,7 +21,7 @@ from palpate.estimate.direct.options import Fit, ModelStd, Rig
 E, NU = 25e3, 0.35
 # Noise of depths and motions beside which each term stands, and as good as none.
 NOISE_M, TINY = 5e-5, 1e-10
-NOISES, APART = ("noise of the depth", "noise of the motion"), "captures apart"
+NOISES, APART = ("noise of the depth", "noise of the displacement"), "captures that differ"
 TAU_S, SHARE_STD = RELAXATION_TIMES_S, 0.1
 OF_FIT = {name for name in Fit.model_fields if "_std" in name} - {"model_std"}
 NOTHING = OPTIONS.changed(
@@ -213,35 +213,43 @@ OF_TIP = depths(lambda std: ALONE * ((std / NOISE_M) ** 2 - 1))
 # By field: its line of the budget, a deviation, and what that does.
 TERMS = {
     "force_scale_std": ("scale of the force", 0.02, error_of(by_force(FORCE_N))),
-    "force_zero_std_n": ("zero of the force", 0.02, error_of(by_force(np.ones_like(FORCE_N)))),
+    "force_zero_std_n": ("offset of the force", 0.02, error_of(by_force(np.ones_like(FORCE_N)))),
     "force_drift_std_n": ("drift of the force", 0.05, error_of(by_force(PART))),
-    "radius_std_m": ("radius of the sphere", 3e-4, error_of(by_force(FORCE_N / (2 * RADIUS_M)))),
+    "radius_std_m": ("radius of the tip", 3e-4, error_of(by_force(FORCE_N / (2 * RADIUS_M)))),
     "curvature_std_per_m": ("curvature of the template", 8.0, error_of(by_force(CURVED))),
     "compliance_std_m_n": ("compliance of the probe", 2e-4, error_of(stacked(FORCE_N, 0.0))),
     "log_youngs_modulus": ("indentation table: force", 0.03, added(1.0, 1.0, 0.0, 1.0, 1.0)),
-    "nu": ("indentation table: motion", 0.03, added(0.0, E_BY_NU, 1.0, *WITH_NU)),
-    "fraction_std": ("relaxing shares", 0.05, learnt(*map(by_share, TAU_S))),
-    "fraction_step_std": ("relaxing shares of neighbouring times", 0.1, shares),
+    "nu": ("indentation table: displacement", 0.03, added(0.0, E_BY_NU, 1.0, *WITH_NU)),
+    "fraction_std": ("relaxation amplitudes", 0.05, learnt(*map(by_share, TAU_S))),
+    "fraction_step_std": ("relaxation times", 0.1, shares),
     "gain_std": ("scale of the camera", 0.005, learnt(stacked(0.0, surface()))),
     "force_law_std": ("law of the force", 0.3, learnt(stiffer_alone())),
-    "motion_law_std": ("law of the motion", 0.5, learnt(stacked(0.0, second_law()))),
+    "motion_law_std": ("law of the displacement", 0.5, learnt(stacked(0.0, second_law()))),
     "sphere_friction": ("friction at the sphere", 0.03, added(1.0, 1.0, 0.0, 1.0, 1.0)),
     "nu_loose": ("indentation table: base friction", 0.08, added(0.0, E_BY_NU, 1.0, *WITH_NU)),
-    "poisson_ratio_std": ("Poisson's ratio", 0.01, lambda std: {"known": np.diag([0, std**-2])}),
-    "offset_std_m": ("zero of the depth", 2e-4, learnt(stacked(1.0, 0.0))),
+    "poisson_ratio_std": (
+        "given Poisson's ratio",
+        0.01,
+        lambda std: {"known": np.diag([0, std**-2])},
+    ),
+    "offset_std_m": ("offset of the depth", 2e-4, learnt(stacked(1.0, 0.0))),
     # The surface is seen at the other moment too.
-    "clock_std_s": ("clocks", 0.1, learnt(stacked(SPEED_M_S, surface(SPEED_M_S)))),
+    "clock_std_s": (
+        "clocks of camera and force",
+        0.1,
+        learnt(stacked(SPEED_M_S, surface(SPEED_M_S))),
+    ),
     # Where the poses' clock is off, force and surface still belong together.
-    "camera_clock_std_s": ("clock of the camera", 0.1, learnt(stacked(SPEED_M_S, 0.0))),
-    "shift_std_m": ("zero of the motion", 1e-4, learnt(stacked(0.0, 1.0))),
+    "camera_clock_std_s": ("clocks of poses and camera", 0.1, learnt(stacked(SPEED_M_S, 0.0))),
+    "shift_std_m": ("offset of the displacement", 1e-4, learnt(stacked(0.0, 1.0))),
     "place_std_m": ("place of the contact", 3e-3, PLACES),
     # Tip and surface go down together.
-    "sinking_std_m": ("sinking", 2e-4, learnt(stacked(LOAD, -LOAD[:, None]))),
-    "rocking_std_rad": ("rocking", 3e-3, ROCKING),
+    "sinking_std_m": ("support: sinking", 2e-4, learnt(stacked(LOAD, -LOAD[:, None]))),
+    "rocking_std_rad": ("support: rocking", 3e-3, ROCKING),
     "tip_std_m": ("noise of the depth", 2e-4, OF_TIP),
     "force_std_n": ("noise of the depth", 0.05, OF_FORCE),
     "depth_pattern_std_m": ("noise of the depth", 2e-4, depths(alike)),
-    "moved_std_m": ("noise of the motion", 2e-4, lambda std: {"motion_std_m": std}),
+    "moved_std_m": ("noise of the displacement", 2e-4, lambda std: {"motion_std_m": std}),
 }
 BESIDE = {
     "fraction_step_std": {"fraction_std": SHARE_STD},

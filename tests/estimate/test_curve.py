@@ -65,7 +65,9 @@ def test_a_law_beyond_the_range_is_warned_of(model, law):
     """Where the force might fall with depth, the direct estimate does not look either."""
     found = estimate_curve(fitted(3, law=law), model, (NU, NU), OPTIONS.changed(force_law_std=5.0))
     assert abs(found.force_law) <= FARTHEST_LAW
-    assert any("an end of its range" in line for line in found.doubts) is (abs(law) > FARTHEST_LAW)
+    assert any("an end of its range" in line for line in found.warnings) is (
+        abs(law) > FARTHEST_LAW
+    )
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say(model):

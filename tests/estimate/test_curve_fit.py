@@ -29,12 +29,12 @@ def curve(*, contact_m=0.002, deepest_m=0.0005, count=200, slope_n_m=0.0, level_
 
 
 def warnings(**given):
-    return hertz.fit(*curve(**given), radius_m=RADIUS_M).doubts
+    return hertz.fit(*curve(**given), radius_m=RADIUS_M).warnings
 
 
 def test_a_good_curve_has_no_warning_and_one_whose_approach_slopes_has():
     found = hertz.fit(*curve(level_n=0.3, noise=0.3), radius_m=RADIUS_M)
-    assert found.doubts == () and found.baseline
+    assert found.warnings == () and found.baseline
     assert found.baseline_n == pytest.approx(0.3, abs=1e-3)
     # 2 mm of 8 N/m are 16 mN, of a peak of 23 mN; half of a tenth of it is not told.
     assert any("the approach slopes, by +" in line for line in warnings(slope_n_m=8.0))
@@ -44,7 +44,7 @@ def test_a_good_curve_has_no_warning_and_one_whose_approach_slopes_has():
 def test_an_indentation_deeper_than_the_sphere():
     for radii, said in ((0.9, []), (1.5, [False]), (6.0, [True])):
         depth, force = curve(contact_m=0.001, deepest_m=radii * RADIUS_M)
-        found = hertz.fit(depth, force, radius_m=RADIUS_M, indenter="parabola").doubts
+        found = hertz.fit(depth, force, radius_m=RADIUS_M, indenter="parabola").warnings
         deep = [one for one in found if f"{radii:g} radii of the sphere" in one]
         assert ["is the unit of the depth" in one for one in deep] == said
 
@@ -54,7 +54,7 @@ def test_an_indentation_whose_contact_lies_before_its_record():
     late = depth > 0.0005
     found = hertz.fit(depth[late], force[late], radius_m=RADIUS_M)
     assert found.contact_m == pytest.approx(0, abs=1e-4)
-    (line,) = [one for one in found.doubts if one.startswith("contact lies")]
+    (line,) = [one for one in found.warnings if one.startswith("contact lies")]
     assert f"{1e3 * (depth[late][0] - found.contact_m):.3g} mm before" in line
     assert not found.baseline
 
@@ -71,7 +71,7 @@ def test_samples_that_are_few_made_up_or_hardly_explained():
     power = np.sum((waved - waved.mean()) ** 2)
     explained = 1 - np.sum((found.fitted_n - waved) ** 2) / power
     assert 0.02 < explained < 0.5
-    assert any(f"explains {100 * explained:.2g} %" in line for line in found.doubts)
+    assert any(f"explains {100 * explained:.2g} %" in line for line in found.warnings)
     assert not any("explains" in line for line in warnings())
 
 
@@ -79,7 +79,7 @@ def test_what_would_move_the_modulus_out_of_its_interval():
     """A press of a third of a radius: the paraboloid is some per cent off Sneddon's sphere."""
     found = hertz.fit(*curve(contact_m=0.001, deepest_m=0.002), radius_m=RADIUS_M)
     assert found.indenter == "sneddon"
-    (line,) = [one for one in found.hangs_on if one.startswith("by parabola")]
+    (line,) = [one for one in found.depends_on if one.startswith("by parabola")]
     other = found.others["by parabola"]
     assert f"{other / 1e3:.4g} kPa" in line
     low, high = found.reduced_modulus_interval_pa
@@ -91,7 +91,7 @@ def test_youngs_modulus_and_all_that_is_told():
     found = hertz.fit(*curve(), radius_m=RADIUS_M, poisson_ratio=0.3)
     star, ends = found.reduced_modulus_pa, found.reduced_modulus_interval_pa
     assert found.youngs_modulus_interval_pa(0.4) == pytest.approx(tuple(0.84 * e for e in ends))
-    told = json.loads(json.dumps(found.told()))
+    told = json.loads(json.dumps(found.row()))
     assert told["youngs_modulus_pa"] == pytest.approx(0.91 * star)
     assert told["samples"] == 200
     assert told["samples_in_contact"] == (found.depth_m > found.contact_m).sum()
@@ -196,7 +196,7 @@ def test_a_flat_punch_and_a_pyramid():
     low, high = found.reduced_modulus_interval_pa
     assert low < HARD_PA < high and high - low < 0.01 * HARD_PA
     assert found.contact_m == pytest.approx(0, abs=5e-6)
-    assert found.doubts == () and found.told()["indenter"] == "flat"
+    assert found.warnings == () and found.row()["indenter"] == "flat"
     depth, angle = 1e-3 * DEPTH, np.radians(20)
     force = 10e3 * np.sqrt(0.5) * np.tan(angle) * np.maximum(depth, 0) ** 2
     force += 1e-4 * np.ptp(force) * noise(1.0)
@@ -207,8 +207,8 @@ def test_a_flat_punch_and_a_pyramid():
 
 @pytest.mark.parametrize("radius_m", [PUNCH_M, 0.00635])
 def test_a_flat_punch_that_is_taken_for_a_sphere_is_named(radius_m):
-    doubts = hertz.fit(*punched(), radius_m=radius_m).doubts
-    assert any("--indenter flat" in line for line in doubts)
+    warnings = hertz.fit(*punched(), radius_m=radius_m).warnings
+    assert any("--indenter flat" in line for line in warnings)
 
 
 @pytest.mark.parametrize("std_n", [0.0, 1e-3, 2e-2])
@@ -219,8 +219,8 @@ def test_no_sphere_is_taken_for_a_flat_punch(std_n, deepest_m, indenter):
     force = 20 * HARD_PA * sneddon_force(depth, PUNCH_M) + noise(std_n)
     bent = 20 * HARD_PA * sneddon_force(depth, PUNCH_M) * (1 - 0.2 * depth / deepest_m)
     for one in (force, bent + noise(std_n)):
-        doubts = hertz.fit(depth, one, radius_m=PUNCH_M, indenter=indenter).doubts
-        assert not any("flat" in line for line in doubts)
+        warnings = hertz.fit(depth, one, radius_m=PUNCH_M, indenter=indenter).warnings
+        assert not any("flat" in line for line in warnings)
 
 
 def test_what_a_half_space_assumes():
@@ -244,13 +244,13 @@ def test_a_loading_with_its_unloading():
     for given in (None, weights):
         found = hertz.fit(*both, radius_m=PUNCH_M, indenter="flat", weights=given)
         assert found.reduced_modulus_pa == pytest.approx(alone.reduced_modulus_pa, rel=1e-3)
-        assert "401 of 802 samples" in found.doubts[0] and len(found.doubts) == 1
+        assert "401 of 802 samples" in found.warnings[0] and len(found.warnings) == 1
     # So are both after the unloading of the loading before, and the loading with that alone.
     for last in (slice(None), slice(len(depth))):
         before = (np.r_[one[len(depth) :], one[last]] for one in both)
         found = hertz.fit(*before, radius_m=PUNCH_M, indenter="flat")
         assert found.reduced_modulus_pa == pytest.approx(alone.reduced_modulus_pa, rel=1e-3)
-        assert len(found.depth_m) == pytest.approx(len(depth), abs=2) and found.doubts
+        assert len(found.depth_m) == pytest.approx(len(depth), abs=2) and found.warnings
     # An unloading alone, and samples in no order, are taken as they are.
     for order in (slice(None, None, -1), np.random.default_rng(0).permutation(len(depth))):
         other = hertz.fit(depth[order], force[order], radius_m=PUNCH_M, indenter="flat")

@@ -110,6 +110,8 @@ def test_bad_input(tmp_path):
     one = SimpleNamespace(capture=SimpleNamespace(folder=tmp_path / "08"))
     with pytest.raises(ValueError, match="measured: expected each capture once, found 08 again"):
         direct.estimate([one, one], [])
+    with pytest.raises(ValueError, match="indentations: expected one or more, found none"):
+        estimate()
     options = OPTIONS.changed(poisson_ratio_bounds=(0.4, 0.1))
     with pytest.raises(ValueError, match="poisson_ratio_bounds: expected low below high"):
         estimate(indentation_of(25e3, 0.3, 1), options=options)

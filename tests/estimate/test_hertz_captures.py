@@ -94,7 +94,7 @@ def test_an_interval_holds_the_modulus_though_the_depths_zero_is_off(zero_m, fra
 
 
 def test_without_samples_at_rest_there_is_a_warning():
-    assert best(pressed(first=11))["doubts"] == [
+    assert best(pressed(first=11))["warnings"] == [
         "too few samples to allow for relaxation and finite strain"
     ]
 
@@ -156,9 +156,9 @@ def test_where_no_law_holds_the_interval_reaches_to_all_of_them():
     """A side that takes a fifth of the force leaves the object softer than it is by as much."""
     ours = ramp()
     sure = recommended(ours, list(fit_models(ours, OPTIONS)))
-    assert not sure["doubts"]
+    assert not sure["warnings"]
     for part, most in ((0.2, 0.8), (0.99, 0.1)):
-        unsure = replace(ours, shape=Shape(doubts=("no law",), side_part=part))
+        unsure = replace(ours, shape=Shape(warnings=("no law",), side_part=part))
         models = list(fit_models(unsure, OPTIONS))
         low, high = recommended(unsure, models)["reduced_modulus_interval_pa"]
         ends = [m["reduced_modulus_interval_pa"] for m in models if m["contact"] == "weighted"]

@@ -134,7 +134,7 @@ def holds(press, support, *, flat):
     assert modulus(press[0], support) == pytest.approx(TRUTH, rel=0.02)
     assert modulus(replace(press[0], shape=Shape()), flat[0]) < flat[1] * TRUTH
     best = advised(*press)
-    assert (best["support"], best["doubts"]) == (support, [])
+    assert (best["support"], best["warnings"]) == (support, [])
     low, high = best["reduced_modulus_interval_pa"]
     assert low < TRUTH < high
 
@@ -145,7 +145,7 @@ def test_a_layer_slides_where_it_only_stands(contact, support):
     press = pressed(block(0.012), law, deepest_m=0.004, contact=contact)
     assert press[0].chi == pytest.approx(0.416, abs=0.001)
     best = advised(*press)
-    assert (best["support"], best["doubts"]) == (support, [])
+    assert (best["support"], best["warnings"]) == (support, [])
 
 
 # Force of finite elements (palpate.solid: block of 47.5 mm, bonded, nu 0.3, sphere of 6.22 mm) at
@@ -181,10 +181,10 @@ def test_near_an_edge_the_direct_estimate_is_pointed_to(side_m, refused):
     low, high = best["reduced_modulus_interval_pa"]
     if refused:
         line = f"a free side {1e3 * side_m:g} mm from the contact takes some"
-        assert best["doubts"][0].startswith(line)
-        assert all(one.endswith(INSTEAD) for one in best["doubts"])
+        assert best["warnings"][0].startswith(line)
+        assert all(one.endswith(INSTEAD) for one in best["warnings"])
     else:
-        assert best["doubts"] == []
+        assert best["warnings"] == []
     assert low < TRUTH < high
 
 
@@ -202,7 +202,7 @@ def test_where_no_law_holds_the_interval_is_wide(mesh, contact, line):
     for law in (thick, thin)[: 2 if "thin" in line else 1]:
         best = advised(*pressed(mesh, law, deepest_m=0.002, contact=contact))
         assert best["support"] == "half_space"
-        assert any(one.startswith(line) and one.endswith(INSTEAD) for one in best["doubts"])
+        assert any(one.startswith(line) and one.endswith(INSTEAD) for one in best["warnings"])
     if "thin" in line:
         low, high = best["reduced_modulus_interval_pa"]
         assert low < TRUTH < high and low < 0.5 * best["reduced_modulus_pa"]

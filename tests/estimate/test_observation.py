@@ -175,6 +175,7 @@ AWAY = replace(alignment(), contact_point_m=np.array([0.145, 0, TOP_M]))
         (0, {"rest": []}, "frames: expected some at rest"),
         (1, {}, "one place of the probe for each of 9, found 6, 10"),
         (0, {"aligned": AWAY}, "within 0.04 m of the contact in view, found none of it"),
+        (0, {"largest_view_deg": 5}, "some surface seen at less than 5 degrees to its normal"),
         (0, {"shaft_clear_m": 0.5}, "clouds: expected samples seen in 3 frames at rest"),
     ],
 )

@@ -140,7 +140,7 @@ def test_nothing_is_identified_where_the_law_is_far_from_its_prior(law, verdict)
         options = OPTIONS.changed(force_law_std=5.0)
         found = estimate_direct([capture], options, radius_m=RADIUS_M)
         assert found.solution.parameters[0].force_law == -FARTHEST_LAW
-        assert found.to_dict()["doubts"]
+        assert found.to_dict()["warnings"]
         assert "identified" not in {one.verdict for one in found.moduli.values()}
 
 

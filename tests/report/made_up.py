@@ -27,7 +27,7 @@ HERTZ = {
     "samples": {"force_n": FORCE_N, "depth_m": DEPTH_M - 1e-3},
     "range": {"first_frame": 6, "last_frame": 15},
     "radius_m": 5e-3,
-    **{"study": MODEL, "free_contact": MODEL, "recommended": MODEL | {"doubts": []}},
+    **{"study": MODEL, "free_contact": MODEL, "recommended": MODEL | {"warnings": []}},
 }
 
 
@@ -61,9 +61,12 @@ def estimate(E, nu, half, **changes):
         "information": {name: {"bound": 0.02, "efficiency": 0.5} for name in LABELS},
         "residuals": [residual],
         "nuisances": [{"offset_m": 0.001, "offset_std_m": 0.003}],
-        "budget": [source("clocks", 0.03, 0.04, 0.01, std=0.01, unit="s"), noise],
+        "budget": [
+            source("clocks of camera and force", 0.03, 0.04, 0.01, std=0.01, unit="s"),
+            noise,
+        ],
         **{"captures": ["08"], "frames": [12], "frames_beyond_lookup": [0]},
-        **{"converged": True, "doubts": []},
+        **{"converged": True, "warnings": []},
     } | changes
 
 

@@ -20,7 +20,7 @@ from palpate.solid.laws import NEO_HOOKEAN
 
 E, NU, FRACTIONS, TIMES_S = 24130.0, 0.31, (0.08, 0.05), (0.2, 5.0)
 MODULI = Modulus(**interval(E, 1e3)), Modulus(**interval(NU, 0.06, unit="1"))
-MATERIAL = Material("a---b", *MODULI, ("doubtful: a -- b",), FRACTIONS, TIMES_S)
+MATERIAL = Material("a---b", *MODULI, ("warning: a -- b",), FRACTIONS, TIMES_S)
 
 
 def of_felupe(material):

@@ -26,7 +26,7 @@ ONE = (held(JOINT),)
 
 
 def test_a_hertz_fit_with_doubts_is_not_judged():
-    fits = HERTZ, HERTZ | {"recommended": HERTZ["study"] | {"doubts": ["no layer"]}}
+    fits = HERTZ, HERTZ | {"recommended": HERTZ["study"] | {"warnings": ["no layer"]}}
     found = summary(hertz_rows([CAPTURE] * 2, fits))
     unjudged = (found["reduced_modulus_verdict"] == "not judged").tolist()
     assert unjudged == [True, True, False, False, False, True]
@@ -41,10 +41,10 @@ def test_sensors_that_exclude_each_other_identify_nothing(E, verdict):
     rows = pd.DataFrame(direct_rows([CAPTURE], [joints[0]], groups, joints))
     for name in ("youngs_modulus", "poisson_ratio"):
         assert rows[f"{name}_verdict"].tolist() == ["identified", verdict, verdict]
-    assert rows.filter(["doubts"]).notna().to_numpy().sum() == 3 * (verdict == "bounded")
+    assert rows.filter(["warnings"]).notna().to_numpy().sum() == 3 * (verdict == "bounded")
     # Other objects are not compared.
     rows = pd.DataFrame(direct_rows([], [], [GROUP, groups[1] | {"object": "rubber"}], joints))
-    assert "doubts" not in rows and (rows["youngs_modulus_verdict"] == "identified").all()
+    assert "warnings" not in rows and (rows["youngs_modulus_verdict"] == "identified").all()
 
 
 def test_whether_points_differ_takes_three_of_them():
@@ -58,8 +58,8 @@ def test_whether_points_differ_takes_three_of_them():
     assert two["points"] == 2 and "homogeneity_p" not in two
     # And so it stands on the page, with the map.
     (few,), (found,) = (point_maps(captures[:k], singles[:k], [GROUP], places_m) for k in (2, 3))
-    assert few.told() == "Kinect, 2 points: a map of stiffness takes 3." and few.map is None
-    assert "3 points: the points differ by more than their uncertainty (p < 0.0001" in found.told()
+    assert few.text() == "Kinect, 2 points: a map of stiffness takes 3." and few.map is None
+    assert "3 points: the points differ by more than their uncertainty (p < 0.0001" in found.text()
     assert [*found.rows()[2].values()][:3] == ["3", "0, 0, 30", "31.3 kPa (30.3 to 32.3)"]
 
 
@@ -115,7 +115,7 @@ def test_the_profile_is_the_mean_of_rings_in_the_deepest_frame():
 
 def test_the_package_says_of_each_column_its_kind_and_unit():
     """What has a unit is a number, though one table may have whole ones."""
-    cells = {"capture": [1], "recommended": [True], "doubts": [np.nan], "depth_low_m": [2]}
+    cells = {"capture": [1], "recommended": [True], "warnings": [np.nan], "depth_low_m": [2]}
     package = data_package.data_package("a", ".", {"summary.csv": pd.DataFrame(cells)})
     fields = package["resources"][0]["schema"]["fields"]
     assert [one["type"] for one in fields] == ["string", "boolean", "any", "number"]
@@ -161,7 +161,7 @@ def test_numbers_verdicts_and_what_limits_them():
     assert "0.38 (0.28 to 0.48) bounded" in first
     assert "depths of 0.4 to 4.0 mm and times up to 3.0 s." in first
     assert "All 6 checks of one capture passed." in first
-    assert "noise of the indentation depth (64 % of effective E*, 80 % of nu), clocks" in first
+    assert "noise of the depth (64 % of effective E*, 80 % of nu), clocks" in first
     assert "effective E* ±5.0 % instantaneous E ±5.0 % nu ±0.022" in text
     # The larger source in anything comes first: in nu, 4 to 1.
     assert "±0.2 mm effective E* 64 % instantaneous E 36 % nu 80 % clocks of camera" in text
@@ -177,7 +177,7 @@ def test_numbers_verdicts_and_what_limits_them():
 
 
 def test_warnings_simulated_captures_and_extrapolated_times_are_told():
-    warned = JOINT | {"doubts": ["a", "b"]}
+    warned = JOINT | {"warnings": ["a", "b"]}
     short = held(JOINT, POSES.assign(time_s=POSES["time_s"] / 4))
     first, text = page(direct_rows([], [], [GROUP], [warned]), [short])
     assert "Warning: a. Warning: b." in first and "Simulated" in first

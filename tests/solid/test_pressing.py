@@ -150,7 +150,7 @@ def test_a_broad_base_is_solved_once_more_and_slides(coarse):
     crept = np.linalg.norm(model.surface_displacement_m[:, 1, -1, bottom, :2], axis=-1).max(axis=1)
     assert crept[2] > 10 * crept[0]
     table = force_table(model)
-    assert table.slides
+    assert table.softer is not None
     assert table.force(0.002, 0.4, 0.0) == pytest.approx(np.sqrt(slid * stuck)[1], rel=1e-6)
 
 

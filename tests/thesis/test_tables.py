@@ -121,7 +121,7 @@ def test_band_holds_the_true_curve_as_often_as_it_says():
     depth, shown, inside = np.linspace(-0.004, 0.008, 25), np.array([0.004]), 0
     for seed in range(200):
         force = 25e3 * LAW(depth) + np.random.default_rng(seed).normal(0, 0.01, 25)
-        fit = asdict(fit_free_contact(depth, force, LAW)) | {"doubts": []}
+        fit = asdict(fit_free_contact(depth, force, LAW)) | {"warnings": []}
         fit = {"radius_m": RADIUS_M, "free_contact": fit, "recommended": fit}
         fit |= {"samples": {"depth_m": depth.tolist(), "force_n": force.tolist()}}
         fit |= {"range": {"first_frame": 10, "last_frame": 24}}

@@ -9,7 +9,7 @@ ONE = "youngs_modulus"
 ESTIMATE = {f"{stem}_covered": True for stem in STEMS.values()}
 ESTIMATE |= {columns(n)[1]: 0.9 for n in LABELS} | {columns(n)[2]: 1.1 for n in LABELS}
 ESTIMATE |= dict.fromkeys(LAWS, 0.1) | {f"{law}_std": 0.05 for law in LAWS}
-ESTIMATE |= {f"known_{KNOWN}": 1.01, f"true_{KNOWN}": 1.0, "doubts": None}
+ESTIMATE |= {f"known_{KNOWN}": 1.01, f"true_{KNOWN}": 1.0, "warnings": None}
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def record():
         ({"force_law": -0.16}, 1, "block kinect force_law: found -0.16 +- 0.05"),
         ({f"known_{KNOWN}": 0.981}, 1, None),
         ({f"known_{KNOWN}": 0.979}, 1, f"block kinect {KNOWN} with nu and law known: -2.1 % off"),
-        ({"doubts": "far"}, 1, "block kinect warning: far"),
+        ({"warnings": "far"}, 1, "block kinect warning: far"),
         ({f"{ONE}_low_pa": 1.09}, 1, None),
         ({f"{ONE}_low_pa": 1.11}, 1, f"block: {ONE}_pa: the sensors' intervals exclude"),
     ],

@@ -207,7 +207,7 @@ def finished(tmp_path):
         "residuals": [{"motion_scale": 1, "motion_sharing": 1, "depth_scale": 1}],
         "effective": {"depth_m": 0.003},
         "law": {"force": law, "motion": law},
-        "doubts": [],
+        "warnings": [],
         "information": {name: {"bound": 0.02, "efficiency": 0.5} for name in LABELS},
         "youngs_modulus_pa": found(1.1e4, 1.05e4, 1.15e4),
         "youngs_modulus_1s_pa": found(1.1e4, 1.05e4, 1.15e4),

@@ -79,7 +79,7 @@ def curve(path: str) -> tuple[str, str]:
         return BY_FORM, _joined(errors.getvalue().splitlines())
     found = json.loads(told.getvalue())
     end, line = _number(found["reduced_modulus_pa"], "../curve.txt")
-    return (WARNED, f"{line}: {_joined(found['doubts'])}") if found["doubts"] else (end, line)
+    return (WARNED, f"{line}: {_joined(found['warnings'])}") if found["warnings"] else (end, line)
 
 
 def script(name: str) -> Callable[[str], tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""A long look into an object's folder: all that is wrong, what is doubtful, what is there.
+"""A long look into an object's folder: all that is wrong, what needs a look, what is there.
 
 `palpate.capture.check` holds the files to the format, which the workflow does before each run.
 This looks at what they hold: template, board, force, depth.
@@ -107,20 +107,20 @@ def examine_object(
 
 
 def _curves(folder: Path, spec: Mapping, probe: Mapping | None) -> Findings:
-    """What an object's curves hold; those that nothing is declared of are doubtful."""
+    """What an object's curves hold; those that nothing is declared of need a look."""
     found = curve_files(folder)
     if "curves" not in spec:
         lone = [path for path in found if path.stem.partition("-")[0] in spec["points"]]
         line = "not used: object.yaml declares no curves"
-        return Findings(doubts=tuple(f"{path}: {line}" for path in lone))
+        return Findings(warnings=tuple(f"{path}: {line}" for path in lone))
     curves = {path: declared_curve(path, spec, probe) for path in found}
-    doubts = [f"{path}: {line}" for path, one in curves.items() for line in one.doubts]
+    warnings = [f"{path}: {line}" for path, one in curves.items() for line in one.warnings]
     others = [path for path in folder.iterdir() if path.suffix in TEXTS and path.is_file()]
     for path in sorted(others):
         if path.stem.partition("-")[0] in spec["points"]:
-            doubts.append(f"{path}: not used: a curve's name ends with {CURVE_END}")
+            warnings.append(f"{path}: not used: a curve's name ends with {CURVE_END}")
     told = tuple(f"curve {path.stem}: {one.read}" for path, one in curves.items())
-    return Findings(doubts=tuple(doubts), found=told)
+    return Findings(warnings=tuple(warnings), found=told)
 
 
 def _sensor(
@@ -165,7 +165,7 @@ def _capture(
         found += Findings((line if place else f"{folder}: {line}",))
     sentences = " ".join(f"{one[0].upper()}{one[1:]}." for one in found.found)
     text = f"{folder.parent.name}/{folder.name}: {sentences}"
-    return Findings(found.wrong, found.doubts, (text,))
+    return Findings(found.wrong, found.warnings, (text,))
 
 
 def _place(capture: Capture, found: Alignment) -> Findings:
@@ -179,7 +179,7 @@ def _place(capture: Capture, found: Alignment) -> Findings:
     expected = f"expected within {FAR_MM:g} mm of points.{capture.point}"
     why = "force_from_tip, marker_from_force, the point?"
     line = f"{capture.folder}: contact: {expected}, found {away_mm:.1f} mm away ({why})"
-    return Findings(doubts=(line,), found=told)
+    return Findings(warnings=(line,), found=told)
 
 
 def _press(capture: Capture, press: Press, config: Config) -> Findings:
@@ -265,7 +265,7 @@ def examine_scene(folder: Path, background: Path, sensor: Mapping) -> Findings:
 def _seldom(place: str, expected: str, found: str, *, wrong: bool = False) -> Findings:
     """A line on what is wrong, or seldom right."""
     line = f"{place}: expected {expected}, found {found}"
-    return Findings((line,)) if wrong else Findings(doubts=(line,))
+    return Findings((line,)) if wrong else Findings(warnings=(line,))
 
 
 def _timing(folder: Path, size: str) -> Findings:

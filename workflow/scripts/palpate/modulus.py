@@ -57,12 +57,12 @@ class Modulus:
     verdict: str
     unit: str
 
-    def told(self) -> str:
+    def text(self) -> str:
         """Value and interval, in the unit in which the value is read best.
 
-        >>> Modulus(24130.0, 23000.0, 25500.0, "identified", "Pa").told()
+        >>> Modulus(24130.0, 23000.0, 25500.0, "identified", "Pa").text()
         '24.1 kPa (23.0 to 25.5)'
-        >>> Modulus(24130.0, 23000.0, None, "bounded", "Pa").told()
+        >>> Modulus(24130.0, 23000.0, None, "bounded", "Pa").text()
         '24.1 kPa (23.0 kPa or more)'
         """
         scale, unit = readable(self.value, "Pa") if self.unit == "Pa" else (1.0, "")
@@ -72,12 +72,12 @@ class Modulus:
             return text
         if self.high is None:
             # The value may be many times the end.
-            end = Modulus(self.low, None, None, self.verdict, self.unit).told()
+            end = Modulus(self.low, None, None, self.verdict, self.unit).text()
             return f"{text} ({end} or more)"
         return f"{text} ({scale * self.low:.{places}f} to {scale * self.high:.{places}f})"
 
     def __str__(self) -> str:
-        return f"{self.told()}, {self.verdict}"
+        return f"{self.text()}, {self.verdict}"
 
     def cells(self, name: str) -> dict[str, float | str | None]:
         """Its columns in a table, under the name of its value's."""

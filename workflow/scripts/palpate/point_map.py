@@ -34,8 +34,14 @@ MAPPED = "effective_reduced_modulus_pa"
 # Sources of an uncertainty budget, by how their names begin, that each capture has for itself, and
 # that captures of one point share; all others are the same error at all points that are indented
 # alike: as deep, by the same sphere, into a surface of the same shape.
-OF_CAPTURE = (*OWN_SOURCES, "noise of", "zero of the force", "drift of the force", "captures apart")
-OF_POINT = ("curvature of the template", "indentation table", "rocking")
+OF_CAPTURE = (
+    *OWN_SOURCES,
+    "noise of",
+    "offset of the force",
+    "drift of the force",
+    "captures that differ",
+)
+OF_POINT = ("curvature of the template", "indentation table", "support: rocking")
 # p-value from which on points are said not to differ, and the least that is printed.
 LIKELY_ALIKE, LEAST_P = 1 - CONFIDENCE, 1e-4
 # Of intervals of a normal distribution, either way.

@@ -34,8 +34,8 @@ def main(snakemake):
     fields |= {
         "moduli": {name: asdict(one) for name, one in found.moduli.items()},
         "read": curve.read,
-        "doubts": [*curve.doubts, *hertz.doubts, *found.doubts],
-        "hertz": hertz.told(),
+        "warnings": [*curve.warnings, *hertz.warnings, *found.warnings],
+        "hertz": hertz.row(),
         "samples": {name: values.tolist() for name, values in samples.items()},
     }
     write_json(snakemake.output.estimate, fields)

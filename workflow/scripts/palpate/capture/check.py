@@ -253,7 +253,7 @@ def declared_curve(path: str | Path, spec: Mapping, probe: Mapping | None = None
         curve = read_curve(path, **given)
     except ValueError as error:
         raise ValueError(_as_field(str(error))) from None
-    return replace(curve, doubts=tuple(map(_as_field, curve.doubts)))
+    return replace(curve, warnings=tuple(map(_as_field, curve.warnings)))
 
 
 def _as_field(line: str) -> str:

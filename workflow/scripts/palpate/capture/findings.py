@@ -29,13 +29,13 @@ class Findings:
     """Lines on a folder, or on several."""
 
     wrong: tuple[str, ...] = ()  # what must be mended
-    doubts: tuple[str, ...] = ()  # what may be as it should, but seldom is
+    warnings: tuple[str, ...] = ()  # what may be as it should, but seldom is
     found: tuple[str, ...] = ()  # what is there
 
     def __add__(self, other: "Findings") -> "Findings":
         """Both together, in their order."""
         return Findings(
-            self.wrong + other.wrong, self.doubts + other.doubts, self.found + other.found
+            self.wrong + other.wrong, self.warnings + other.warnings, self.found + other.found
         )
 
 
@@ -83,7 +83,7 @@ def _examine_points(source: Path, spec: Mapping, mesh: trimesh.Trimesh) -> Findi
     points, against = spec["points"], -np.array(spec["support"]["plane_normal"], dtype=float)
     places = np.array([point["position_m"] for point in points.values()], dtype=float)
     _, away, triangles = trimesh.proximity.closest_point(mesh, places)
-    wrong, doubts = [], []
+    wrong, warnings = [], []
     for (name, point), off, triangle in zip(points.items(), away, triangles, strict=True):
         direction = np.array(point.get("direction", against), dtype=float)
         cosine = -mesh.face_normals[triangle] @ direction / max(np.linalg.norm(direction), 1e-12)
@@ -95,9 +95,9 @@ def _examine_points(source: Path, spec: Mapping, mesh: trimesh.Trimesh) -> Findi
             wrong.append(f"{field}.position_m: expected {expected}, found {found}")
         elif slant > LARGEST_SLANT_DEG:
             expected = f"a press within {LARGEST_SLANT_DEG:g} degrees of the surface's normal"
-            doubts.append(f"{field}.direction: expected {expected}, found {slant:.0f}")
+            warnings.append(f"{field}.direction: expected {expected}, found {slant:.0f}")
     off = f"at most {away.max() * MILLIMETRES:.1f} mm off the template"
-    return Findings(tuple(wrong), tuple(doubts), (f"points: {', '.join(points)}; {off}",))
+    return Findings(tuple(wrong), tuple(warnings), (f"points: {', '.join(points)}; {off}",))
 
 
 def examine_force(
@@ -154,6 +154,6 @@ def examine_force(
         (len(pressed) >= FEWEST_PRESSED, f"{folder}: frames",
          f"at least {FEWEST_PRESSED} in the press", len(pressed)),
     )  # fmt: skip
-    doubts = [f"{at}: expected {one}, found {other}" for so, at, one, other in usual if not so]
+    warnings = [f"{at}: expected {one}, found {other}" for so, at, one, other in usual if not so]
     text = f"force {rate_hz:.0f} Hz, {noise_n:.3f} N of noise at rest, peak {peak_n:.2f} N"
-    return Findings(doubts=tuple(doubts), found=(text,))
+    return Findings(warnings=tuple(warnings), found=(text,))

@@ -247,7 +247,7 @@ def _stiffness(options: argparse.Namespace, probe: Mapping) -> Found:
         columns, left_out = numbers_of([way.values, force.values])
         read = ", ".join([*export.read, way.text, force.text])
         read += f", {left_out} rows without a number left out" if left_out else ""
-        warned = (*export.doubts, *way.doubts, *force.doubts)
+        warned = (*export.warnings, *way.warnings, *force.warnings)
     found = find_compliance(*columns)
     return [*_stiffness_report(read, warned, found)], found.fields(probe.get("probe"))
 

@@ -98,7 +98,7 @@ def _checked(
     if places != PLACES:
         lines.append(f"  sensors and probes: of {places['sensors']} and {places['probes']}")
     lines += [f"  {line}" for line in findings.found]
-    lines += [f"worth a look: {line}" for line in findings.doubts]
+    lines += [f"worth a look: {line}" for line in findings.warnings]
     print("\n".join(lines))
     return 1 if findings.wrong else 0
 

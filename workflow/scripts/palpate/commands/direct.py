@@ -214,13 +214,12 @@ def _fit(fit: Any, options: argparse.Namespace) -> Any:
 
 def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> Iterator[str]:
     from palpate.estimate.direct.result import described_law
-    from palpate.report.budget_bars import SOURCES
 
     yield title
     for name, interval in found.moduli.items():
         yield f"  {name.removesuffix('_pa')}: {interval}"
-    at, largest = 1e3 * found.quantities.depth_m, SOURCES[found.budget.sources[0].name]
-    yield f"  95 % intervals; largest source of effective E*'s: {largest.name}"
+    at, largest = 1e3 * found.quantities.depth_m, found.budget.sources[0].name
+    yield f"  95 % intervals; largest source of effective E*'s: {largest}"
     where = f"{at:.1f} mm deep and after 1 s"
     yield f"  to compare objects: effective E*, {where}; to compute with: E and nu"
     for which, law in described_law(found.solution, found.quantities)["law"].items():

@@ -130,7 +130,7 @@ def _lines(curve: Curve, fit: "HertzFit") -> Iterator[str]:
     youngs = modulus_text(fit.youngs_modulus_pa(nu), fit.youngs_modulus_interval_pa(nu))
     place = scale * curve.depth_sign * fit.contact_m
     yield curve.path
-    yield from (f"  warning: {line}" for line in (*curve.doubts, *fit.doubts))
+    yield from (f"  warning: {line}" for line in (*curve.warnings, *fit.warnings))
     yield f"  read: {curve.read}"
     yield f"  E* {fit.modulus_text}"
     yield f"  E  {youngs} for nu {nu:g}"
@@ -139,7 +139,7 @@ def _lines(curve: Curve, fit: "HertzFit") -> Iterator[str]:
     yield f"  law: {_law(fit)}"
     if fit.assumes:
         yield f"  assumes {fit.assumes}"
-    yield from (f"  depends on: {line}" for line in fit.hangs_on)
+    yield from (f"  depends on: {line}" for line in fit.depends_on)
 
 
 def _law(fit: "HertzFit") -> str:
@@ -155,8 +155,8 @@ def _law(fit: "HertzFit") -> str:
 def _row(curve: Curve, fit: "HertzFit") -> dict:
     """All that went in and came out, but the samples."""
     of_file = {"curve": curve.path, "read": curve.read, "depth_sign": curve.depth_sign}
-    told = fit.told()
-    return of_file | told | {"doubts": [*curve.doubts, *told["doubts"]]}
+    told = fit.row()
+    return of_file | told | {"warnings": [*curve.warnings, *told["warnings"]]}
 
 
 def _cells(row: Mapping[str, Any]) -> dict:

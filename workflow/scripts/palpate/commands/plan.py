@@ -170,13 +170,11 @@ def _protocol(options: argparse.Namespace, planned: "Planned") -> "Protocol":
 
 def _table(rows: Mapping[str, "Forecast"]) -> Iterator[str]:
     """Half-widths of the intervals (95 %), a line for each protocol."""
-    from palpate.report.budget_bars import SOURCES
-
     cells = [HEADINGS]
     for text, one in rows.items():
         widths = [f"+-{PERCENT * one.half_width[name]:.0f} %" for name in SHOWN]
         nu = f"+-{one.half_width[NU]:.2f}", one.verdict[NU]
-        cells.append((text, *widths, *nu, SOURCES[one.limit[E]].name))
+        cells.append((text, *widths, *nu, one.limit[E]))
     sizes = [max(map(len, column)) for column in zip(*cells, strict=True)]
     for row in cells:
         yield "  ".join(cell.ljust(size) for cell, size in zip(row, sizes, strict=True)).rstrip()
@@ -184,8 +182,6 @@ def _table(rows: Mapping[str, "Forecast"]) -> Iterator[str]:
 
 def _sentences(rows: Mapping[str, "Forecast"], noise: "Noise") -> Iterator[str]:
     """What was planned, what comes out, whether nu is determined, and what helps most."""
-    from palpate.report.budget_bars import SOURCES
-
     (_, planned), *others = rows.items()
     how = planned.protocol
     yield (
@@ -206,7 +202,7 @@ def _sentences(rows: Mapping[str, "Forecast"], noise: "Noise") -> Iterator[str]:
     helps += f" within {best.half_width[NU]:.2f})"
     if best.half_width[E] >= planned.half_width[E]:
         helps = "none of the changes above narrows it"
-    yield f"What limits E: {SOURCES[planned.limit[E]].name}; {helps}."
+    yield f"What limits E: {planned.limit[E]}; {helps}."
 
 
 def add(commands: Any) -> None:

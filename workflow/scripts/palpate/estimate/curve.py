@@ -50,7 +50,7 @@ class CurveEstimate:
         Constant force, and root mean square of the residuals [N].
     fitted_n : (n,) array
         Force of the fit at the samples [N].
-    doubts : tuple of str
+    warnings : tuple of str
         Warnings against trusting it, a line each.
     """
 
@@ -63,7 +63,7 @@ class CurveEstimate:
     baseline_n: float
     rms_n: float
     fitted_n: NDArray
-    doubts: tuple[str, ...]
+    warnings: tuple[str, ...]
 
 
 def estimate_curve(
@@ -111,7 +111,7 @@ def estimate_curve(
         baseline_n=float(best.x[BASELINE]) * fit.peak_n,
         rms_n=float(np.sqrt(np.mean((fit.force(best.x) - hertz.force_n) ** 2))),
         fitted_n=fit.force(best.x),
-        doubts=(line,) if abs(law) > FARTHEST_LAW - AT_END else (),
+        warnings=(line,) if abs(law) > FARTHEST_LAW - AT_END else (),
     )
 
 

@@ -24,9 +24,8 @@ READABLE = ("m", "s", "N", "rad")
 
 
 class Words(NamedTuple):
-    """What a page says of a source; of one without a unit also what its size is a part of."""
+    """What to do about a source; of one without a unit also what its size is a part of."""
 
-    name: str
     advice: str
     of: str = ""
 
@@ -49,8 +48,7 @@ def bars(rows: Sequence[Mapping]) -> dict:
     order = np.argsort(-most, kind="stable")
     seen = [k for k in order if most[k] >= LEAST_SHARE]
     sources = [
-        {"name": SOURCES[rows[k]["source"]].name, "size": _size(rows[k]), "parts": shares[:, k]}
-        for k in seen
+        {"name": rows[k]["source"], "size": _size(rows[k]), "parts": shares[:, k]} for k in seen
     ]
     if len(seen) < len(rows):
         rest = 1 - shares[:, seen].sum(axis=1)
@@ -66,8 +64,7 @@ def largest(rows: Sequence[Mapping]) -> str:
     of: dict[str, list[str]] = {}
     for label, shares in zip(SHOWN.values(), _shares(rows), strict=True):
         at = int(np.argmax(shares))
-        name = SOURCES[rows[at]["source"]].name
-        of.setdefault(name, []).append(f"{100 * shares[at]:.0f} % of {label}")
+        of.setdefault(rows[at]["source"], []).append(f"{100 * shares[at]:.0f} % of {label}")
     told = ", ".join(f"{source} ({', '.join(parts)})" for source, parts in of.items())
     return f"Largest sources of uncertainty, by share of the variance: {told}."
 
@@ -104,6 +101,6 @@ def _advice(rows: Sequence[Mapping], shares: NDArray, order: NDArray) -> dict[st
         helped = [label for label, part in parts if part >= LEAST_ADVISED]
         if len(found) == MOST_ADVICE or not helped:
             break
-        words = SOURCES[rows[at]["source"]]
-        found.setdefault(words.advice, f"for {', '.join(helped)}: {words.name}")
+        source = rows[at]["source"]
+        found.setdefault(SOURCES[source].advice, f"for {', '.join(helped)}: {source}")
     return found

@@ -38,7 +38,7 @@ COLUMNS = [
     *SCALES,
     *(f"{n.removesuffix('_pa')}_{kind}" for n in INFORMED for kind in ("bound", "efficiency")),
     *HOMOGENEITY,
-    "doubts",
+    "warnings",
     "provenance",
 ]
 # Method of an estimate from all captures of an object and a sensor.
@@ -83,7 +83,7 @@ def hertz_rows(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> Iterator
         yield row(capture, "hertz", {STAR: plain})
         for name in ("free_contact", "recommended"):
             found = fit[name]
-            verdict = NOT_JUDGED if name == "recommended" and found["doubts"] else None
+            verdict = NOT_JUDGED if name == "recommended" and found["warnings"] else None
             ends = found["reduced_modulus_interval_pa"]
             yield row(capture, f"hertz_{name}", {STAR: Modulus(found[STAR], *ends, verdict, "Pa")})
 
@@ -91,7 +91,7 @@ def hertz_rows(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> Iterator
 def curve_rows(curves: Sequence[Mapping], found: Sequence[Mapping]) -> Iterator[dict]:
     """Two rows of each described curve's curve.json: E* by Hertz, and E for the declared nu."""
     for curve, one in zip(curves, found, strict=True):
-        hertz, doubts = one["hertz"], one["doubts"]
+        hertz, warnings = one["hertz"], one["warnings"]
         ends = hertz["reduced_modulus_interval_pa"]
         yield row(curve, "curve_hertz", {STAR: Modulus(hertz[STAR], *ends, None, "Pa")})
         # Of what may have been read or fitted otherwise an interval says too little.
@@ -100,11 +100,11 @@ def curve_rows(curves: Sequence[Mapping], found: Sequence[Mapping]) -> Iterator[
             curve,
             "curve_table",
             {name: Modulus(**modulus) for name, modulus in one["moduli"].items()},
-            **(judged if doubts else {}),
+            **(judged if warnings else {}),
             recommended=True,
             captures=1,
             poisson_ratio_reason="a curve does not determine it",
-            doubts="; ".join(doubts),
+            warnings="; ".join(warnings),
             **{name: one[name] for name in LAWS[:2]},
         )
 
@@ -159,7 +159,7 @@ def compared(
                     if isinstance(value, Mapping) and "verdict" in value
                 }
                 one |= {key: asdict(value) for key, value in bounded_at_best(judged).items()}
-            one["doubts"] = [*one["doubts"], *lines]
+            one["warnings"] = [*one["warnings"], *lines]
     return found[: len(captures)], found[len(captures) :]
 
 
@@ -206,5 +206,5 @@ def _direct_row(known: Mapping, method: str, found: Mapping) -> dict:
         **told,
         **residuals,
         **informed,
-        **({"doubts": "; ".join(found["doubts"])} if found["doubts"] else {}),
+        **({"warnings": "; ".join(found["warnings"])} if found["warnings"] else {}),
     )

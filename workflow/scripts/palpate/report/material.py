@@ -27,7 +27,7 @@ class Material:
     youngs_modulus, poisson_ratio : Modulus
         Of small strain; E is that of the first moment where the material relaxes.
     notes : tuple of str
-        Where the numbers come from, which law they are of and what is doubtful.
+        Where the numbers come from, which law they are of and what warnings there are.
     fractions, times_s : tuple of float
         Share of the modulus that each term of the Prony series loses, and its time [s]; shares
         that are zero are left out.
@@ -138,5 +138,5 @@ def _notes(row: pd.Series) -> tuple[str, ...]:
         depth = f"{1e3 * row['effective_depth_m']:.1f} mm"
         equal = f"of a neo-Hookean solid of the same force at {depth}, after 1 s"
         notes.append(f"effective E* = {effective}: {equal}")
-    doubts = row.get("doubts")
-    return (*notes, *([f"doubtful: {doubts}"] if pd.notna(doubts) else []))
+    warnings = row.get("warnings")
+    return (*notes, *([f"warning: {warnings}"] if pd.notna(warnings) else []))

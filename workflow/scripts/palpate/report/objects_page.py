@@ -76,7 +76,7 @@ def moduli_of(
     ends = star["reduced_modulus_interval_pa"]
     interval = Modulus(star["reduced_modulus_pa"], *ends, INTERVAL, "Pa")
     found.append(_row("Hertz fit (Eq. 5.1)", fit["study"]))
-    warnings = "; ".join(star["doubts"])
+    warnings = "; ".join(star["warnings"])
     found.append(_row("Recommended contact model", interval.cells("reduced_modulus_pa"), warnings))
     for error, minimum in minima.items():
         reason = minimum["least_squares"]["length"]["unknown"]
@@ -96,7 +96,7 @@ def overview(rows: pd.DataFrame, pages: Sequence[str]) -> pd.DataFrame:
         told = {"Object": f"`{name} <{place}>`__" if row["object"] in pages else name}
         for column, head in MODULI.items():
             modulus = Modulus.of_row(row, column)
-            told[head] = f"{modulus.told()} *{modulus.verdict}*" if modulus else ""
+            told[head] = f"{modulus.text()} *{modulus.verdict}*" if modulus else ""
         found.append(told | {"Recorded with": by(row), "Provenance": row["provenance"]})
     return pd.DataFrame(found, columns=["Object", *MODULI.values(), "Recorded with", "Provenance"])
 

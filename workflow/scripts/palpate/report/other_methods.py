@@ -62,6 +62,6 @@ def _estimate(one: Mapping) -> dict[str, str]:
     cells["of"] = f"{sensor_name(one['sensor'])} {one['capture']}"
     for quantity in COMPARED:
         modulus = Modulus.of_row(one, quantity)
-        cells[LABELS[quantity]] = modulus.told() + bound_mark(one) if modulus else ""
+        cells[LABELS[quantity]] = modulus.text() + bound_mark(one) if modulus else ""
     verdicts = {"E is": "youngs_modulus_verdict", "nu is": "poisson_ratio_verdict"}
     return cells | {of: "" if pd.isna(one[name]) else one[name] for of, name in verdicts.items()}

@@ -126,7 +126,7 @@ def _estimates(advised, joints, held) -> Iterator[dict]:
             "beside": row["sensor"] == CURVE and bool(held),
             "numbers": list(words.headlines(row)),
             "sentences": told,
-            "warnings": [] if pd.isna(row.get("doubts")) else row["doubts"].split("; "),
+            "warnings": [] if pd.isna(row.get("warnings")) else row["warnings"].split("; "),
             "moduli": list(words.moduli(row, direct, words.compared_s(mine))),
             "conditions": "" if direct is None else words.conditions(direct, mine),
         }

@@ -41,7 +41,7 @@ def cells(modulus: Modulus | None, row: Mapping | None = None) -> dict[str, str]
     """
     if modulus is None:
         return None
-    value, _, interval = modulus.told().partition(" (")
+    value, _, interval = modulus.text().partition(" (")
     known = {"number": f"{modulus.value:.9g}", "value": value + bound_mark(row or {})}
     return known | {"interval": interval.rstrip(")"), "verdict": modulus.verdict}
 

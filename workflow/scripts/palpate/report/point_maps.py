@@ -29,7 +29,7 @@ class PointMap(NamedTuple):
     points: Sequence[str]
     map: StiffnessMap | None
 
-    def told(self) -> str:
+    def text(self) -> str:
         """One sentence."""
         count = f"{len(self.points)} point{'s' * (len(self.points) != 1)}"
         found = self.map.homogeneity if self.map else f"a map of stiffness takes {FEWEST_POINTS}"
@@ -42,7 +42,7 @@ class PointMap(NamedTuple):
             {
                 "point": name,
                 "place (mm)": ", ".join(f"{x:.0f}" for x in MILLIMETRES * place),
-                "effective E* (95 % interval)": one.told(),
+                "effective E* (95 % interval)": one.text(),
                 "not shared": f"{PERCENT * std:.1f} %",
                 "verdict": one.verdict,
             }

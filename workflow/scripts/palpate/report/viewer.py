@@ -110,7 +110,7 @@ def map_view(one: PointMap, tracked: Tracked) -> dict:
     ends = fields[1, len(vertices) :].min(), fields[2, len(vertices) :].max()
     return surface | {
         "title": f"Map of effective E*, {sensor_name(one.sensor)}",
-        "frames": [one.told()],
+        "frames": [one.text()],
         "deepest_frame": 0,
         "from_rad": _azimuth(tracked),
         "samples": None,

@@ -134,7 +134,8 @@ def indentation_model(
         for law in laws
         for number in solved_ratios(law == laws[0], len(poisson_ratios))
     ]
-    for law, number in tqdm(presses, "indentation table", unit="press", disable=None, leave=False):
+    look = {"unit": "indentation", "disable": None, "leave": False}
+    for law, number in tqdm(presses, "indentation table", **look):
         near = [steps_of.get((law, n)) for n in (number - 1, number - 2)]
         # Another law's load steps start from those of the first.
         if law != laws[0]:

@@ -28,7 +28,7 @@ CORNERS = ": views in the picture's corners"
 
 
 class Verdict(NamedTuple):
-    """Whether the views determine each part of a calibration, and a line for each and in doubt."""
+    """Whether the views determine each part of a calibration; a line for each, and warnings."""
 
     determined: dict[str, bool]
     lines: list[str]

@@ -52,8 +52,8 @@ def _recommended(rows: pd.DataFrame) -> list[str]:
         count = int(row["captures"]) if row["sensor"] != CURVE else 0
         captures = f"{count} capture{'s' * (count > 1)}"
         lines += [f"  from {captures if count else 'curve ' + row['capture']}"]
-        if isinstance(row.get("doubts"), str):
-            lines += [f"  warning: {one}" for one in row["doubts"].split("; ")]
+        if isinstance(row.get("warnings"), str):
+            lines += [f"  warning: {one}" for one in row["warnings"].split("; ")]
     return lines
 
 

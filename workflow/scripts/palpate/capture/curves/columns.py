@@ -68,7 +68,7 @@ class Column:
     name: str
     values: NDArray
     text: str
-    doubts: tuple[str, ...]
+    warnings: tuple[str, ...]
 
     @property
     def of_tip(self) -> bool:
@@ -114,12 +114,12 @@ def column_of(
         raise fault(export.path, f"{shown}: expected a unit of {quantity.name}, found {line}")
     text = f"{quantity.name} in {UNITS.get(used, used)}"
     text += "" if plain(found.name) == quantity.name else f" ({found.name})"
-    doubts = []
+    warnings = []
     if unit is not None and written and plain(written) != used:
-        doubts.append(f"{found.name} says {written}, where {unit} was asked for")
+        warnings.append(f"{found.name} says {written}, where {unit} was asked for")
     if column is None and _word_rank(found.name, quantity) is None:
-        doubts.append(f"{found.name} is taken for {quantity.name} by its unit alone")
-    return Column(found.name, export.values[:, place] * quantity.units[used], text, tuple(doubts))
+        warnings.append(f"{found.name} is taken for {quantity.name} by its unit alone")
+    return Column(found.name, export.values[:, place] * quantity.units[used], text, tuple(warnings))
 
 
 def _no_unit(quantity: Quantity, written: str, *, named: bool) -> str:

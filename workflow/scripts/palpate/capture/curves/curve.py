@@ -46,7 +46,7 @@ class Curve:
         Of ``depth_m`` against the file's column.
     read : str
         How the file was read, in words.
-    doubts : tuple of str
+    warnings : tuple of str
         What of that may be otherwise, a line each.
     """
 
@@ -57,7 +57,7 @@ class Curve:
     phases: Phases
     depth_sign: int
     read: str
-    doubts: tuple[str, ...]
+    warnings: tuple[str, ...]
 
     def loading(self) -> tuple[NDArray, NDArray]:
         """Depth [m] and force [N] of approach and loading, as far as they are chosen, (k,) each."""
@@ -138,11 +138,11 @@ def read_curve(
         depth_m = depth_m - force_n / stiffness_n_m
         read += [f"force over {stiffness_n_m:g} N/m taken off the depth"]
     chosen = _chosen(export.path, used, phases)
-    doubts = [*export.doubts, *depth.doubts, *force.doubts]
-    doubts += _doubts(plain, backwards, free, left_out / (left_out + len(used)))
-    doubts += _doubts_of_spring(depth, of_tip, given, export.stated)
+    warnings = [*export.warnings, *depth.warnings, *force.warnings]
+    warnings += _warnings(plain, backwards, free, left_out / (left_out + len(used)))
+    warnings += _warnings_of_spring(depth, of_tip, given, export.stated)
     if phases.loadings > 1:
-        doubts += [f"the record holds {phases.loadings} loadings: the deepest is fitted"]
+        warnings += [f"the record holds {phases.loadings} loadings: the deepest is fitted"]
     return Curve(
         path=export.path,
         depth_m=depth_m,
@@ -151,7 +151,7 @@ def read_curve(
         phases=phases,
         depth_sign=signs[0],
         read=", ".join([*read, phases.summary(len(used))]),
-        doubts=tuple(doubts),
+        warnings=tuple(warnings),
     )
 
 
@@ -165,7 +165,7 @@ def _chosen(path: str, used: NDArray, phases: Phases) -> NDArray:
     return chosen
 
 
-def _doubts(plain: bool, backwards: bool, free: int, left_out: float) -> Iterator[str]:
+def _warnings(plain: bool, backwards: bool, free: int, left_out: float) -> Iterator[str]:
     """What of the columns may be otherwise, a line each."""
     if free:
         yield (
@@ -184,7 +184,7 @@ def _doubts(plain: bool, backwards: bool, free: int, left_out: float) -> Iterato
         yield f"{100 * left_out:.2g} % of the rows have no number where depth or force stand"
 
 
-def _doubts_of_spring(
+def _warnings_of_spring(
     depth: Column, of_tip: bool, given: Mapping[str, float | None], stated: Mapping[str, float]
 ) -> Iterator[str]:
     """What of the way between drive and tip, and of what the file states, may be otherwise."""

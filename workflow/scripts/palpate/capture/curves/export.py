@@ -65,7 +65,7 @@ class Export:
     names: tuple[str, ...]  # of the columns in the header, units with them; empty without one
     values: NDArray  # (n, k), NaN where a cell has no number
     read: tuple[str, ...]  # how the file was read, where that is no plain CSV
-    doubts: tuple[str, ...]  # what of that may be otherwise
+    warnings: tuple[str, ...]  # what of that may be otherwise
     stated: Mapping[str, float]  # in the preamble, of the indenter: radius_m, stiffness_n_m
 
     @property
@@ -154,7 +154,7 @@ def read_export(path: str | Path) -> Export:
     before = [line for line in lines[:begins] if line.strip()]
     after = [(line, layout.row(line)) for line in lines[begins:] if line.strip()]
     rows = [row for _, row in after if row]
-    doubts = _check_thousands(shown, layout, [line for line, row in after if row])
+    warnings = _check_thousands(shown, layout, [line for line, row in after if row])
     names, named = _names(layout, before)
     preamble, others = len(before) - named, len(after) - len(rows)
     unusual = {
@@ -166,7 +166,7 @@ def read_export(path: str | Path) -> Export:
     }
     read = tuple(line for line, there in unusual.items() if there)
     values = np.reshape(rows, (-1, layout.cells))
-    return Export(shown, names, values, read, doubts, _stated(before))
+    return Export(shown, names, values, read, warnings, _stated(before))
 
 
 def _text(path: str | Path, shown: str) -> tuple[str, str]:
@@ -223,7 +223,7 @@ def _check_thousands(shown: str, layout: Layout, lines: Sequence[str]) -> tuple[
     """
     if not any(map(GROUP.search, lines)):
         return ()
-    doubts = []
+    warnings = []
     for column in zip_longest(*map(layout.split, lines), fillvalue=""):
         signed = [cell for cell in column if set(cell) & {",", "."}]
         grouped = [cell for cell in signed if THOUSANDS.fullmatch(cell)]
@@ -236,8 +236,8 @@ def _check_thousands(shown: str, layout: Layout, lines: Sequence[str]) -> tuple[
         if whole and (layout.delimiter == ";" or layout.decimal == ","):
             sign = "points" if layout.decimal == "." else "commas"
             numbers = f"numbers like {grouped[0]} have {sign} as of thousands"
-            doubts.append(f"{numbers}: taken for decimal ones (export without them)")
-    return tuple(doubts[:1])
+            warnings.append(f"{numbers}: taken for decimal ones (export without them)")
+    return tuple(warnings[:1])
 
 
 def _names(layout: Layout, before: Sequence[str]) -> tuple[tuple[str, ...], int]:

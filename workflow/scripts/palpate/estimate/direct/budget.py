@@ -22,6 +22,7 @@ from palpate.estimate.direct.quantities import (
     over_star_by_nu,
 )
 from palpate.modulus import LABELS
+from palpate.solid.indentation_table import ratio_weights
 
 # By how much captures may be apart for no reason that is known, in deviations of one of them (half
 # of a normal distribution), and what is tried.
@@ -34,13 +35,8 @@ COLUMNS = [
 ]
 Change = Callable[[DirectIndentation, float], DirectIndentation]
 # Priors of what each capture has for itself.
-OWN_SOURCES = (
-    "zero of the depth",
-    "clocks",
-    "clock of the camera",
-    "zero of the motion",
-    "place of the contact",
-)
+OWN_SOURCES = ("offset of the depth", "offset of the displacement", "place of the contact")
+OWN_SOURCES += ("clocks of camera and force", "clocks of poses and camera")
 
 
 @dataclass(frozen=True)
@@ -152,9 +148,9 @@ def _of_rig(onto: NDArray, best: Solution, rig: Rig, radius_m: float) -> list[So
     # Source, deviation, its unit, what an error makes of a capture, and whether all have the same.
     errors = [
         ("scale of the force", rig.force_scale_std, "1", scaled(1.0), True),
-        ("zero of the force", rig.force_zero_std_n, "N", force(lambda _: 1.0), False),
+        ("offset of the force", rig.force_zero_std_n, "N", force(lambda _: 1.0), False),
         ("drift of the force", rig.force_drift_std_n, "N", drifting, False),
-        ("radius of the sphere", rig.radius_std_m, "m", scaled(-1 / (2 * radius_m)), True),
+        ("radius of the tip", rig.radius_std_m, "m", scaled(-1 / (2 * radius_m)), True),
         ("curvature of the template", rig.curvature_std_per_m, "1/m", scaled(radius_m / 2), True),
         ("compliance of the probe", rig.compliance_std_m_n, "m/N", compliant, True),
     ]
@@ -181,14 +177,14 @@ def _of_noise(onto: NDArray, best: Solution) -> list[Source]:
     motion = [np.median(one.moved_std_m[one.seen] * s.motion) for one, s in each]
     depth = [np.median(one.depth_std_m) for one in best.indentations]
     found = []
-    for kind, stds in (("motion", motion), ("depth", depth)):
+    for kind, of, stds in (("motion", "displacement", motion), ("depth", "depth", depth)):
         blocks = zip(best.places, best.blocks, strict=True)
         shares = np.concatenate([_shares(onto[:, at], getattr(b, kind))[0] for at, b in blocks])
         # As many equal parts are like these: many may say next to nothing.
         whole = shares.sum(axis=0)
         count = whole**2 / np.maximum((shares**2).sum(axis=0), 1e-300)
         freedom = np.maximum(count, FEWEST_PARTS) - 1
-        std, name = float(np.median(stds)), f"noise of the {kind}"
+        std, name = float(np.median(stds)), f"noise of the {of}"
         found.append(Source(name, std, "m", np.sqrt(whole), freedom, OBSERVED))
     return found
 
@@ -200,14 +196,15 @@ def _of_table(best: Solution, quantities: Quantities) -> list[Source]:
     with_nu[POISSON] = 1.0
     terms = [
         ("indentation table: force", stds.log_youngs_modulus, LOG_MODULI),
-        ("indentation table: motion", stds.nu, with_nu),
+        ("indentation table: displacement", stds.nu, with_nu),
         ("friction at the sphere", stds.sphere_friction, LOG_MODULI),
     ]
     found = [Source(name, std, "1", std * by) for name, std, by in terms]
-    if loose := [one.table for one in best.indentations if one.table.slides]:
+    if loose := [one.table for one in best.indentations if one.table.softer is not None]:
         # Anywhere between a base that sticks and one that slides freely: uniform.
         nu = float(quantities.values[POISSON])
-        force = max(table.most_softer(nu) for table in loose) / np.sqrt(12)
+        softer = [ratio_weights(table.poisson_ratios, nu)[0] @ table.softer for table in loose]
+        force = max(float(np.abs(one).max()) for one in softer) / np.sqrt(12)
         parts = np.hypot(stds.nu_loose * with_nu, force * LOG_MODULI)
         found.append(Source("indentation table: base friction", stds.nu_loose, "1", parts))
     return found
@@ -231,7 +228,7 @@ def _of_captures(onto: NDArray, best: Solution, explained: NDArray) -> list[Sour
     scatter = count * moved.var(axis=0, ddof=1) / np.maximum(explained, 1e-300)
     parts = np.sqrt(explained * _likely_excess(scatter, count - 1))
     most = float(parts[: len(LABELS)].max())
-    return [Source("captures apart", most, "1", parts, count - 1.0, OBSERVED)]
+    return [Source("captures that differ", most, "1", parts, count - 1.0, OBSERVED)]
 
 
 def _likely_excess(scatter: NDArray, freedom: int) -> NDArray:

@@ -83,7 +83,7 @@ class DirectEstimate:
             "budget": self.budget.rows(),
             "information": {name: {"bound": b, "efficiency": part} for name, b, part in bound},
             "converged": best.converged,
-            "doubts": self.warnings,
+            "warnings": self.warnings,
         }
 
     def captures(self) -> list[CaptureFit]:
@@ -140,8 +140,10 @@ def estimate_direct(
     Raises
     ------
     ValueError
-        If the tables have no Poisson's ratio in common.
+        If there is no indentation, or the tables have no Poisson's ratio in common.
     """
+    if not indentations:
+        raise ValueError("indentations: expected one or more, found none")
     options = _within_tables(indentations, options)
     starts = [_start(indentations[0], nu, options) for nu in START_POISSON_RATIOS]
     best = fit_direct(indentations, options, *starts)
@@ -173,6 +175,5 @@ def _start(indentation: DirectIndentation, nu: float, options: Fit) -> Parameter
     force = indentation.force_n[indentation.frames]
     E = max(float((force @ unit) / max(float(unit @ unit), 1e-300)), 1.0)
     times_s = np.array(options.relaxation_times_s, dtype=float)
-    shares = np.full(len(times_s), 0.02)
-    shared, own = np.zeros(unknown.SHARED - 2), np.zeros(unknown.OWN)
+    shared, own, shares = *map(np.zeros, (unknown.SHARED - 2, unknown.OWN)), 0.02 + 0 * times_s
     return Parameters(np.r_[np.log(E), nu, shared, shares, own], times_s)

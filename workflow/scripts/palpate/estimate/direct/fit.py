@@ -51,12 +51,16 @@ class Blocks(NamedTuple):
     depth: Part
 
 
-def _blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) -> Blocks:
-    """Sum a capture's weighted residuals and slopes by patch, and by frame of the depth."""
-    gaps, slope = line.motion, line.motion_slope
+def _blocks_of(one: DirectIndentation, line: Linearised, scale: Scales, apart: bool) -> Blocks:
+    """Sum a capture's weighted residuals and slopes by patch, or all, and by frame of the depth."""
+    by, gaps, slope = line.depth_slope, line.motion, line.motion_slope
+    depth = Part(by[:, :, None] * by[:, None, :], by * line.depth[:, None])
     weight = scale.weights(gaps)
-    cluster = np.broadcast_to(indentation.cluster, indentation.seen.shape)[indentation.seen]
-    count, q = int(indentation.cluster.max()) + 1, slope.shape[1]
+    if not apart:
+        weighted = slope.T * weight
+        return Blocks(Part((weighted @ slope)[None], (weighted @ gaps)[None]), depth)
+    cluster = np.broadcast_to(one.cluster, one.seen.shape)[one.seen]
+    count, q = int(one.cluster.max()) + 1, slope.shape[1]
     # One after the other: sums of matrix products depend on where in memory their rows lie.
     order = np.argsort(cluster, kind="stable")
     there, first = np.unique(cluster[order], return_index=True)
@@ -67,8 +71,6 @@ def _blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) 
         sums = np.add.reduceat(weighted[k] * columns[k:], first, axis=1).T
         matrix[there, k, k:] = matrix[there, k:, k] = sums
     total[there] = np.add.reduceat(weighted * gaps[order], first, axis=1).T
-    by = line.depth_slope
-    depth = Part(by[:, :, None] * by[:, None, :], by * line.depth[:, None])
     return Blocks(Part(matrix, total), depth)
 
 
@@ -111,8 +113,11 @@ class _Joint:
     def linearised(self, vector: NDArray) -> Iterator[Linearised]:
         return map(linearised, self.indentations, self.split(vector))
 
-    def blocks_at(self, vector: NDArray, scales: Sequence[Scales]) -> tuple[Blocks, ...]:
-        return tuple(map(_blocks_of, self.indentations, self.linearised(vector), scales))
+    def blocks_at(
+        self, vector: NDArray, scales: Sequence[Scales], apart: bool = False
+    ) -> tuple[Blocks, ...]:
+        parts = zip(self.indentations, self.linearised(vector), scales, strict=True)
+        return tuple(_blocks_of(*part, apart) for part in parts)
 
     def summed(self, blocks: Sequence[Blocks], kinds: Sequence[str] = Blocks._fields) -> Part:
         """Normal equations by the prior's curvature and kinds of residuals: of all captures."""
@@ -192,13 +197,13 @@ class Solution(_Joint):
 
     @cached_property
     def blocks(self) -> tuple[Blocks, ...]:
-        """Of each capture."""
-        return self.blocks_at(self.vector, self.scales)
+        """Of each capture, of displacements by patch."""
+        return self.blocks_at(self.vector, self.scales, apart=True)
 
     @cached_property
     def covariance(self) -> NDArray:
         """Of the unknowns, (size, size)."""
-        return scaled_inverse(self.summed(self.blocks).matrix)
+        return scaled_inverse(self.summed(self.blocks_at(self.vector, self.scales)).matrix)
 
     @property
     def std(self) -> NDArray:

@@ -316,27 +316,22 @@ def linearised(indentation: DirectIndentation, of: Parameters) -> Linearised:
     own = [-one, -speed_m_s, *[zero] * (1 + PLACES)]
     settled = indentation.load[:, None] * axes.tip_m
     depth = np.column_stack([by_E, by_nu, by_q, zero, zero, *by_fractions, *own, settled, zero])
-    motion, gain, load = here.motion, 1 + of.gain, indentation.load[:, None]
-    none = np.zeros_like(motion.motion_m)
-    follows = [gain * motion.by_depth * column[:, None] for column in by_force(here.first_depth)]
-    columns = [
-        follows[0],
-        follows[1] + gain * motion.by_nu_m,
-        none,
-        gain * motion.by_law_m,
-        motion.motion_m + _support_motion(indentation, of),
-        *follows[3:],
-        none,
-        -gain * motion.by_depth * speed_m_s[:, None],
-        none + 1,
-        *gain * motion.by_place,
-        *(gain * load * column for column in axes.samples_m.T),
-        gain * motion.by_depth * speed_m_s[:, None],
-    ]
-    divided = [(-column / indentation.moved_std_m)[indentation.seen] for column in columns]
+    motion, seen = here.motion, indentation.seen
+    frame, sample = np.nonzero(seen)
+    scale = -1 / indentation.moved_std_m[seen]
+    gain = (1 + of.gain) * scale
+    deeper = gain * motion.by_depth[seen]
+    follows = [deeper * column[frame] for column in by_force(here.first_depth)]
+    whole = motion.motion_m + _support_motion(indentation, of)
+    sideways = gain * motion.by_place[:, seen]
+    tilted = gain * indentation.load[frame] * axes.samples_m.T[:, sample]
+    late, none = deeper * speed_m_s[frame], np.zeros(len(frame))
+    by_nu, by_law = gain * motion.by_nu_m[seen], gain * motion.by_law_m[seen]
+    columns = [follows[0], follows[1] + by_nu, none, by_law, scale * whole[seen], *follows[3:]]
+    columns += [none, -late, scale, *sideways, *tilted, late]
     by_depth = solve_triangular(indentation.depth_root_m, depth, lower=True)
     gaps = residuals(indentation, of, here)
-    return Linearised(gaps.depth, gaps.motion, by_depth, np.stack(divided, axis=1))
+    return Linearised(gaps.depth, gaps.motion, by_depth, np.stack(columns).T)
 
 
 def depth_noise(indentation: DirectIndentation, of: Parameters) -> NDArray:

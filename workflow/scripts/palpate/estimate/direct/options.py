@@ -27,7 +27,7 @@ TIP_PART = 0.25
 # Of the camera in the base frame of poses from elsewhere, where nothing is stated [rad, m].
 BASE_STD = (0.001, 0.001)
 # Errors that all captures share, as the budget names them.
-TIP_SOURCE, BASE_SOURCE = "tip of the probe", "camera in the base frame"
+TIP_SOURCE, BASE_SOURCE = "place of the tip", "camera in the base frame"
 
 
 class Observation(Model):

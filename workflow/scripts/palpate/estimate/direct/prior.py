@@ -16,7 +16,7 @@ from palpate.estimate.direct.options import Fit
 
 # Unknowns without a prior: log E and nu.
 FREE = 2
-RATIO, STEPS = "Poisson's ratio", "relaxing shares of neighbouring times"
+RATIO, STEPS = "given Poisson's ratio", "relaxation times"
 # Of the material-law parameter of the force, either way: below -2 (of one table; of others -3 to
 # -14) the force falls with depth.
 FARTHEST_LAW = 2.0
@@ -118,22 +118,23 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     names = "offset_std_m", "clock_std_s", "camera_clock_std_s", "place_std_m"
     offsets, clocks, cameras, away = ([getattr(one, k) for one in indentations] for k in names)
     moving = [np.diag(one.support_axes.std) for one in indentations]
+    shifts = [options.shift_std_m] * count
     fractions = unknown.SHARED + np.arange(terms)
     # Stated are force and poses against the camera: what the poses are off by moves both unknowns.
     of_poses = sum(of_captures([place], cameras) for place in (unknown.CLOCK, unknown.CAMERA_CLOCK))
     known = [
         ("law of the force", "1", each([unknown.FORCE_LAW], [options.force_law_std])),
-        ("law of the motion", "1", each([unknown.MOTION_LAW], [options.motion_law_std])),
+        ("law of the displacement", "1", each([unknown.MOTION_LAW], [options.motion_law_std])),
         ("scale of the camera", "1", each([unknown.GAIN], [options.gain_std])),
-        ("relaxing shares", "1", each(fractions, [options.fraction_std] * terms)),
+        ("relaxation amplitudes", "1", each(fractions, [options.fraction_std] * terms)),
         *((name, "m", shared(name)) for name in dict.fromkeys(chain(*roots))),
-        ("zero of the depth", "m", of_captures([unknown.OFFSET], offsets)),
-        ("clocks", "s", of_captures([unknown.CLOCK], clocks)),
-        ("clock of the camera", "s", of_poses),
-        ("zero of the motion", "m", of_captures([unknown.SHIFT], [options.shift_std_m] * count)),
+        ("offset of the depth", "m", of_captures([unknown.OFFSET], offsets)),
+        ("clocks of camera and force", "s", of_captures([unknown.CLOCK], clocks)),
+        ("clocks of poses and camera", "s", of_poses),
+        ("offset of the displacement", "m", of_captures([unknown.SHIFT], shifts)),
         ("place of the contact", "m", of_captures(unknown.PLACE, away)),
-        ("sinking", "m", of_all(unknown.SUPPORT, [one[:, :1] for one in moving])),
-        ("rocking", "rad", of_all(unknown.SUPPORT, [one[:, 1:] for one in moving])),
+        ("support: sinking", "m", of_all(unknown.SUPPORT, [one[:, :1] for one in moving])),
+        ("support: rocking", "rad", of_all(unknown.SUPPORT, [one[:, 1:] for one in moving])),
     ]
     covariance = sum(root @ root.T for *_, root in known)[FREE:, FREE:]
     stds = np.sqrt(np.maximum(np.diag(covariance), UNMOVED**2))

@@ -141,11 +141,9 @@ def nuisances(best: Solution, number: int) -> dict:
 def summed(indentation: DirectIndentation, scales: Scales) -> dict:
     """How a capture's residuals compare with what was stated."""
     depth_std_m = float(np.median(indentation.depth_std_m))
-    seen = indentation.seen.any(axis=0)
     motion_std_m = float(np.median(indentation.moved_std_m[indentation.seen])) * scales.motion
     return {
-        "cells": int(seen.sum()),
-        "patches": len(np.unique(indentation.cluster[seen])),
+        "cells": int(indentation.seen.any(axis=0).sum()),
         "motion_std_m": motion_std_m,
         "motion_scale": scales.motion,
         "motion_sharing": scales.sharing,
@@ -159,8 +157,8 @@ def regions_of(best: Solution) -> dict[str, NDArray]:
     """Information on log E and nu, (2, 2) each, by what of the captures is taken.
 
     To first order at the estimate, all else unknown as its priors have it (Schur complement);
-    without errors of rig, of table and of captures apart. What is not determined of a direction has
-    none, where a covariance would have no end.
+    without errors of rig, of table and of captures that differ. What is not determined of a
+    direction has none, where a covariance would have no end.
     """
     found = {}
     for name, kinds in REGIONS.items():

@@ -193,8 +193,15 @@ def segment_distance(starts: NDArray, end: NDArray, first: NDArray, last: NDArra
 
 
 def facing_samples(samples: Samples, probe: ProbeInView, options: Observation) -> Samples:
-    """Samples that are not seen too much from the side from anywhere."""
+    """Samples that are not seen too much from the side from anywhere; a `ValueError` if none is."""
     least = np.cos(np.deg2rad(options.largest_view_deg))
     sight = probe.views_m[:, None] - samples.cell_m
     facing = (sight * samples.normal).sum(axis=2) > least * np.linalg.norm(sight, axis=2)
-    return samples.at(facing.all(axis=0))
+    if not (kept := facing.all(axis=0)).any():
+        expected = (
+            f"some surface seen at less than {options.largest_view_deg:g} degrees to its normal"
+        )
+        raise ValueError(
+            f"clouds: expected {expected} at the contact, found none (move the camera)"
+        )
+    return samples.at(kept)

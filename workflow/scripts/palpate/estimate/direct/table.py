@@ -1,11 +1,12 @@
 """What an indentation of a given depth does to samples of the surface, whatever the law."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 from scipy.spatial import cKDTree
 
 from palpate.open3d_core import ClosestPoints
@@ -18,8 +19,9 @@ FORCE_POWER = 2 / 3
 LEAST_FORCE = 1e-6
 # Of the search for the material point that comes to lie on a sample's normal.
 ROUNDS = 3
-# Of the search for a depth, from a chord's guess on.
+# Of the search for a depth, from a chord's guess on; of the table's depth.
 NEWTON_STEPS = 8
+CONVERGED = 1e-13
 # Neighbours that show how the surface bends, and normals too different to be of one face.
 NEIGHBOURS, SAME_FACE = 8, np.cos(np.deg2rad(40))
 # Of a broad base that is not bonded, between one that sticks, 0, and one that slides freely, 1:
@@ -95,39 +97,30 @@ class SampleTable:
     motion_by_place: NDArray
     softer: NDArray | None = None
 
-    @property
-    def slides(self) -> bool:
-        """Whether the base is not bonded, and so broad that its friction matters."""
-        return self.softer is not None
-
-    def most_softer(self, nu: float) -> float:
-        """Largest logarithm of the force on a base that sticks over that on one that slides."""
-        weights, _ = ratio_weights(self.poisson_ratios, nu)
-        return float(np.abs(weights @ self.softer).max())
-
     def depth(self, force_per_modulus_m2: NDArray, nu: float, law: float) -> DepthOfForce:
         """Depth at which the object returns a force; linear in F^(2/3) beyond the table.
 
         Of elastic forces over Young's modulus (n,) [m^2], above 0, Poisson's ratio, and q.
         """
         force = np.maximum(force_per_modulus_m2, LEAST_FORCE * self.force_per_modulus_m2.max())
-        wanted = force**FORCE_POWER
-        depth = np.interp(wanted, self._power(self.depth_m, nu, law)[0], self.depth_m)
+        wanted, power = force**FORCE_POWER, self._power_at(nu, law)
+        depth = np.interp(wanted, power(self.depth_m)[0], self.depth_m)
         for _ in range(NEWTON_STEPS):
-            power, slope, *_ = self._power(depth, nu, law)
-            depth = np.maximum(depth + (wanted - power) / slope, 0.0)
-        _, slope, *others = self._power(depth, nu, law)
+            at, slope, *others = power(depth)
+            before, depth = depth, np.maximum(depth + (wanted - at) / slope, 0.0)
+            if np.abs(depth - before).max() <= CONVERGED * self.depth_m[-1]:
+                break
         by_unit = FORCE_POWER * wanted / force / slope
         return DepthOfForce(depth, by_unit, *(-by / slope for by in others))
 
     def force(self, depth_m: NDArray, nu: float, law: float) -> NDArray:
         """Elastic force over Young's modulus at depths, (n,) [m^2]; zero before contact."""
         depth = np.clip(depth_m, 0, self.depth_m[-1])
-        return np.maximum(self._power(depth, nu, law)[0], 0) ** (1 / FORCE_POWER)
+        return np.maximum(self._power_at(nu, law)(depth)[0], 0) ** (1 / FORCE_POWER)
 
     def stiffening_at(self, depth_m: NDArray, nu: float) -> tuple[NDArray, NDArray]:
         """Logarithm of the second law's force over the first's, (n,), and its slope by nu."""
-        log = self._curves[1](np.clip(depth_m, 0, self.depth_m[-1]))
+        log = self._curves(np.clip(depth_m, 0, self.depth_m[-1]))[..., 1]
         weights, slopes = ratio_weights(self.poisson_ratios, nu)
         return log @ weights, log @ slopes
 
@@ -156,24 +149,27 @@ class SampleTable:
         return CubicSpline(self.depth_m, np.eye(len(self.depth_m)))
 
     @cached_property
-    def _curves(self) -> tuple[PchipInterpolator, ...]:
-        """Power of the force and stiffening over depth, of each ratio, and their slopes."""
-        tables = (self.force_per_modulus_m2**FORCE_POWER, self.stiffening)
-        curves = [PchipInterpolator(self.depth_m, table.T, axis=0) for table in tables]
-        return (*curves, *(curve.derivative() for curve in curves))
+    def _curves(self) -> PchipInterpolator:
+        """Power of the force and stiffening over depth, of each ratio, (p, 2)."""
+        tables = self.force_per_modulus_m2**FORCE_POWER, self.stiffening
+        return PchipInterpolator(self.depth_m, np.stack(tables).T)
 
-    def _power(self, depth_m: NDArray, nu: float, law: float) -> tuple[NDArray, ...]:
+    def _power_at(self, nu: float, law: float) -> Callable[[NDArray], tuple[NDArray, ...]]:
         """F^(2/3) at depths, (n,), and its derivatives by depth, nu and law; linear beyond."""
-        inside = np.minimum(depth_m, self.depth_m[-1])
-        weights, slopes = ratio_weights(self.poisson_ratios, nu)
-        power, stiff, bent, stiff_bent = (curve(inside) for curve in self._curves)
-        log, log_bent = law * stiff, law * stiff_bent
-        grown = np.exp(FORCE_POWER * (log @ weights))
-        at = grown * (power @ weights)
-        by_depth = grown * (bent @ weights) + FORCE_POWER * (log_bent @ weights) * at
-        by_nu = grown * (power @ slopes) + FORCE_POWER * (log @ slopes) * at
-        by_law = FORCE_POWER * (stiff @ weights) * at
-        return at + (depth_m - inside) * by_depth, by_depth, by_nu, by_law
+        weights, part = np.stack(ratio_weights(self.poisson_ratios, nu)), FORCE_POWER * law
+        curves = PPoly.construct_fast(weights @ self._curves.c, self.depth_m)
+
+        def power(depth_m: NDArray) -> tuple[NDArray, ...]:
+            inside = np.minimum(depth_m, self.depth_m[-1])
+            (unit, stiff), (unit_by_nu, stiff_by_nu) = np.moveaxis(curves(inside), 0, -1)
+            bent, stiff_bent = curves(inside, 1)[:, 0].T
+            grown = np.exp(part * stiff)
+            at = grown * unit
+            by_depth = grown * bent + part * stiff_bent * at
+            by_nu = grown * unit_by_nu + part * stiff_by_nu * at
+            return at + (depth_m - inside) * by_depth, by_depth, by_nu, FORCE_POWER * stiff * at
+
+        return power
 
 
 def sample_table(table: IndentationModel, cell_m: NDArray, normal: NDArray) -> SampleTable:
@@ -202,7 +198,7 @@ def sample_table(table: IndentationModel, cell_m: NDArray, normal: NDArray) -> S
     # A contact farther on is a sample farther back.
     aside = ASIDE_M * axes_across(table.direction)
     by_place = np.array([(motion(0, -step) - motion(0, step)) / (2 * ASIDE_M) for step in aside])
-    slid = SLIDING_PART * (motion(len(LAW_NAMES)) - first) if forces.slides else 0.0
+    slid = SLIDING_PART * (motion(len(LAW_NAMES)) - first) if forces.softer is not None else 0.0
     return replace(
         forces,
         motion_m=first + slid,

@@ -175,6 +175,6 @@ def _apart(one: Estimated, other: Estimated) -> Iterator[str]:
         high = min(inf if each.high is None else each.high for each in pair)
         if max(each.low for each in pair) > high:
             told = zip((one, other), pair, strict=True)
-            of_each = " and ".join(f"of {each.whose}, {modulus.told()}," for each, modulus in told)
+            of_each = " and ".join(f"of {each.whose}, {modulus.text()}," for each, modulus in told)
             yield f"{label} {of_each} exclude each other"
             return

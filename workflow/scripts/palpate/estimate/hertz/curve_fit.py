@@ -34,10 +34,10 @@ PROPORTIONAL, LEAST_PATTERN = 0.5, 0.005
 LEAST_CHANGE = 0.01
 # Rms of the residuals over the peak, and what is said of it.
 QUALITIES = ((0.01, "good"), (0.03, "fair"), (np.inf, "poor"))
-# Attributes that a row of a table has, beside those that `HertzFit.told` computes.
+# Attributes that a row of a table has, beside those that `HertzFit.row` computes.
 ROW = ("reduced_modulus_pa", "reduced_modulus_interval_pa", "contact_m", "contact_std_m")
 ROW += ("baseline_n", "rms_n", "effective_samples", "indenter", "support", "baseline", "chosen")
-ROW += ("others", "doubts", "quality", "hangs_on", "assumes", "press_m", "samples_in_contact")
+ROW += ("others", "warnings", "quality", "depends_on", "assumes", "press_m", "samples_in_contact")
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -75,7 +75,7 @@ class HertzFit(ContactFit):
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        warned = f"; warnings: {'; '.join(self.doubts)}" if self.doubts else ""
+        warned = f"; warnings: {'; '.join(self.warnings)}" if self.warnings else ""
         law = f"{self.indenter}, {self.support}"
         return f"HertzFit(E* {self.modulus_text}; {law}; {self.quality}{warned})"
 
@@ -103,12 +103,12 @@ class HertzFit(ContactFit):
         return int((self.depth_m > self.contact_m).sum())
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """Warnings against trusting the modulus, a line each."""
         return (*self.notes, *_warnings(self))
 
     @property
-    def hangs_on(self) -> tuple[str, ...]:
+    def depends_on(self) -> tuple[str, ...]:
         """Other choices that would move E* out of its interval, a line each."""
         (low, high), lines = self.reduced_modulus_interval_pa, []
         for name, modulus in self.others.items():
@@ -160,7 +160,7 @@ class HertzFit(ContactFit):
         low, high = self.reduced_modulus_interval_pa
         return low * part, high * part
 
-    def told(self) -> dict:
+    def row(self) -> dict:
         """All of it but the samples, as JSON has it."""
         nu = self.setup.poisson_ratio
         return {name: getattr(self, name) for name in ROW} | {

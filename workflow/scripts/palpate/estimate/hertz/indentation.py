@@ -108,7 +108,7 @@ class Indentation:
     @property
     def supports(self) -> tuple[str, ...]:
         """Of the recommended model, then of those that its interval reaches to if no law holds."""
-        if not self.shape.doubts:
+        if not self.shape.warnings:
             return ("half_space",) if self.thin else (self.shape.support,)
         if self.shape.support == FOOT:
             return (FOOT, SUPPORTS[0])

@@ -80,7 +80,7 @@ def estimate_hertz(
     models = [_with_error(one, std) for one in models]
     best = recommended(indentation, models)
     if not indentation.allows_relaxation:
-        best["doubts"].append("too few samples to allow for relaxation and finite strain")
+        best["warnings"].append("too few samples to allow for relaxation and finite strain")
     used, radius = indentation.loading, indentation.radius_m
     depth, force = indentation.depth_m[used], indentation.magnitude_n[used]
     paraboloid = partial(laws.parabola_force, radius_m=radius)
@@ -142,14 +142,14 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
     The indenter by the depth over the radius; the layer or the round base where the shape is one,
     and the layer's series holds, else the half-space; the weighted contact, since it leaves neither
     the surface nor the force unused; and relaxation allowed for wherever it was fitted. The model
-    has ``rule`` in words, and ``doubts``, why no law holds, a line each: the interval then reaches
-    to those of all supports, and as far as side or base move it.
+    has ``rule`` in words, and ``warnings``, why no law holds, a line each: the interval then
+    reaches to those of all supports, and as far as side or base move it.
     """
     indenter, support, chi = indentation.indenter, indentation.shape.support, indentation.chi
-    doubts = [*indentation.shape.doubts]
+    warnings = [*indentation.shape.warnings]
     if indentation.thin:
         support = "half_space"
-        doubts.append(f"the layer is thin, chi {chi:.2f} above {laws.LARGEST_CHI}: {INSTEAD}")
+        warnings.append(f"the layer is thin, chi {chi:.2f} above {laws.LARGEST_CHI}: {INSTEAD}")
     alike = [m for m in models if (m["indenter"], m["contact"]) == (indenter, "weighted")]
     # What allows for relaxation follows its own model without.
     best = [m for m in alike if m["support"] == support][-1]
@@ -158,7 +158,7 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
         f" sneddon above {laws.SHALLOW:g}, a layer up to chi {laws.LARGEST_CHI:g},"
         f" contact weighted, relaxation {best['relaxation']}"
     )
-    if doubts:
+    if warnings:
         ends = [end for m in alike for end in m["reduced_modulus_interval_pa"]]
         # A free side leaves an object softer than it is; a thin layer's base makes it stiffer.
         ends.append(max(ends) / max(1 - indentation.shape.side_part, LEAST_LEFT))
@@ -166,7 +166,7 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
             nu, chi = best.get("poisson_ratio", LARGEST_POISSON_RATIO), np.array(chi)
             ends += [min(ends) / float(laws.layer_factor(chi, nu, layer)) for layer in laws.LAYERS]
         best = _reaching(best, ends)
-    return dict(best) | {"rule": rule, "doubts": doubts}
+    return dict(best) | {"rule": rule, "warnings": warnings}
 
 
 def _fit_relaxing(indentation: Indentation, model: Mapping, options: Hertz) -> RelaxationFit:

@@ -53,7 +53,7 @@ class Shape:
         Of a round base on a plane, 0 where there is none [1/m].
     side_part : float
         Part of the force that a free side takes.
-    doubts : tuple of str
+    warnings : tuple of str
         Warnings, a line each: why no law holds.
     """
 
@@ -61,7 +61,7 @@ class Shape:
     curvature_per_m: float = 0.0
     foot_curvature_per_m: float = 0.0
     side_part: float = 0.0
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 def shape_at(
