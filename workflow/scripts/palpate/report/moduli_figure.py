@@ -33,11 +33,13 @@ class Line(NamedTuple):
     together: bool
 
 
-def make_moduli(inputs: Any, params: Any) -> Figure:
-    """Moduli of each capture, and of all captures of an object with each sensor."""
+def make_moduli(
+    inputs: Any, params: Any, truths: Mapping[str, Mapping[str, float]] | None = None
+) -> Figure:
+    """Moduli of each capture, and of all of an object by each sensor; truths where known."""
     files = read_all(inputs.direct), read_all(inputs.joint)
     singles, joints = compared(params.captures, files[0], params.groups, files[1])
-    return moduli_figure(params.captures, singles, params.groups, joints, {})
+    return moduli_figure(params.captures, singles, params.groups, joints, truths or {})
 
 
 def moduli_figure(
