@@ -6,11 +6,11 @@ from typing import Any
 import pandas as pd
 from palpate.json_fields import read_by_folder
 from palpate.markdown import rows_of
-from palpate.modulus import IDENTIFIED, LABELS, Modulus
+from palpate.modulus import IDENTIFIED, LABELS, Modulus, columns
 from palpate.report import outputs, tables
 from palpate.report.style import sensor_name
 from palpate.units import KILOPASCALS
-from validation.measured import measured_moduli, truth_of
+from validation.measured import truth_of
 
 TITLE = "E and nu against the virtual lab's truth"
 SHORT_TITLE = "Errors and coverage of the intervals, by object, sensor and method"
@@ -42,10 +42,9 @@ def make_accuracy(inputs: Any, params: Any) -> dict:
     materials = read_by_folder(inputs.materials)
     rows = pd.read_csv(inputs.summary, dtype={"capture": str, "point": str})
     rows = rows[rows["object"].isin(materials)]
-    whole = tables.rounded(accuracy_table(rows, materials))
-    long = {"csv": whole, "md": accuracy_text(rows, materials)}
-    summed = outputs.table(coverage_table(rows, materials), title=SHORT_TITLE, more_notes=NOTES)
-    return long | {"summary": summed["csv"], "summary_md": summed["md"]}
+    short = outputs.table(coverage_table(rows, materials), title=SHORT_TITLE, more_notes=NOTES)
+    whole = tables.rounded(accuracy_table(rows, materials)), _text(rows, materials)
+    return dict(zip(("csv", "md", "summary", "summary_md"), (*whole, *short.values()), strict=True))
 
 
 def accuracy_table(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> pd.DataFrame:
@@ -65,37 +64,18 @@ def accuracy_table(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> pd.D
         interval covers the truth.
     """
     table = rows.copy()
-    found = measured_moduli(rows, materials, keys=KEYS)
-    for name, part in found.groupby("quantity", sort=False):
-        stem = name.removesuffix("_pa")
-        table[f"true_{name}"] = part["truth"]
-        table[f"{stem}_error"], table[f"{stem}_covered"] = part["error"], part["covered"]
+    truths = pd.DataFrame(
+        [truth_of(materials[name]) for name in rows["object"]], rows.index, dtype=float
+    )
+    for name in LABELS:
+        value, low, high = (pd.to_numeric(rows[column]) for column in columns(name)[:3])
+        stem, true = name.removesuffix("_pa"), truths[name]
+        scale = true if name.endswith("_pa") else 1.0
+        covered = true.between(low, high).astype("boolean")
+        table[f"true_{name}"] = true
+        table[f"{stem}_error"] = value / scale - true / scale
+        table[f"{stem}_covered"] = covered.mask(low.isna() | true.isna())
     return table[[*FIRST, *(name for name in table.columns if name not in FIRST)]]
-
-
-def accuracy_text(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> str:
-    """Estimates beside the truth in Markdown, a table for each object.
-
-    Parameters
-    ----------
-    rows, materials : DataFrame and mapping
-        As of `accuracy_table`.
-    """
-    lines = [f"# {TITLE}", "", *PAGE_NOTES, ""]
-    heads = [label + " (kPa)" * name.endswith("_pa") for name, label in QUANTITIES.items()]
-    for name, mine in rows.groupby("object", sort=False):
-        truth = truth_of(materials[name])
-        cells = [["truth", "", *(_number(truth[of], of) for of in QUANTITIES)]]
-        for row in mine.sort_values("recommended", ascending=False, kind="stable").to_dict(
-            "records"
-        ):
-            bold = "**" * bool(row["recommended"])
-            method = f"{bold}{row['method'].replace('_', ' ')}{bold}{tables.bound_mark(row)}"
-            of = f"{sensor_name(row['sensor'])} {row['capture']}"
-            cells.append([method, of, *(_cell(row, quantity, truth) for quantity in QUANTITIES)])
-        lines += [f"## {name.replace('_', ' ').capitalize()}", ""]
-        lines += [*rows_of(["method", "of", *heads], cells), ""]
-    return "\n".join(lines)
 
 
 def coverage_table(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> pd.DataFrame:
@@ -106,24 +86,37 @@ def coverage_table(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> pd.D
     rows, materials : DataFrame and mapping
         As of `accuracy_table`.
     """
-    found = measured_moduli(rows, materials, keys=[*KEYS, "provenance"])
-    found["identified"] = (
-        (found["verdict"] == IDENTIFIED).astype(float).where(found["verdict"].notna())
-    )
+    found = accuracy_table(rows, materials)
+    verdict = found["poisson_ratio_verdict"]
+    found["identified"] = (verdict == IDENTIFIED).astype(float).where(verdict.notna())
     alike = {"object": "all"}, {"object": "all", "sensor": "all"}
     levels = [found, *(found.assign(**names) for names in alike)]
     every = pd.concat(levels, keys=range(len(levels)), names=["level"])
-    groups = every.groupby(["level", *KEYS, "quantity"])
-    statistics = groups.agg(**STATISTICS).unstack("quantity")
-    first = every.groupby(["level", *KEYS])
-    short = pd.DataFrame({"runs": first.size() // len(LABELS)})
-    for name in LABELS:
-        for kind in STATISTICS:
-            short[f"{name.removesuffix('_pa')}_{kind}"] = statistics[kind, name]
-    ratio = every[every["quantity"] == "poisson_ratio"].groupby(["level", *KEYS])
-    short["poisson_ratio_identified"] = ratio["identified"].mean()
-    short["provenance"] = first["provenance"].first()
-    return short.reset_index().drop(columns="level")
+    wanted = {"runs": ("provenance", "size")}
+    for stem in (name.removesuffix("_pa") for name in LABELS):
+        for kind, (column, statistic) in STATISTICS.items():
+            wanted[f"{stem}_{kind}"] = (f"{stem}_{column}", statistic)
+    wanted["poisson_ratio_identified"] = ("identified", "mean")
+    wanted["provenance"] = ("provenance", "first")
+    return every.groupby(["level", *KEYS]).agg(**wanted).reset_index().drop(columns="level")
+
+
+def _text(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> str:
+    """Estimates beside the truth in Markdown, a table for each object."""
+    lines = [f"# {TITLE}", "", *PAGE_NOTES, ""]
+    heads = [label + " (kPa)" * name.endswith("_pa") for name, label in QUANTITIES.items()]
+    for name, mine in rows.groupby("object", sort=False):
+        truth = truth_of(materials[name])
+        cells = [["truth", "", *(_number(truth[of], of) for of in QUANTITIES)]]
+        best_first = mine.sort_values("recommended", ascending=False, kind="stable")
+        for row in best_first.to_dict("records"):
+            bold = "**" * bool(row["recommended"])
+            method = f"{bold}{row['method'].replace('_', ' ')}{bold}{tables.bound_mark(row)}"
+            of = f"{sensor_name(row['sensor'])} {row['capture']}"
+            cells.append([method, of, *(_cell(row, quantity, truth) for quantity in QUANTITIES)])
+        lines += [f"## {name.replace('_', ' ').capitalize()}", ""]
+        lines += [*rows_of(["method", "of", *heads], cells), ""]
+    return "\n".join(lines)
 
 
 def _cell(row: Mapping, quantity: str, truth: Mapping[str, float]) -> str:

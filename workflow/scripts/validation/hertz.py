@@ -19,17 +19,7 @@ NOTES = (
     " Intervals of the others cover scatter and the stated error of the depth alone."
     " The study's fit is the parabola on a half-space with known contact.",
 )
-CAPTURE = ["object", "sensor", "capture", "point"]
 MODEL = ["indenter", "support", "contact", "relaxation"]
-AGAINST = ["reduced_modulus_pa", "low_pa", "high_pa", "true_reduced_modulus_pa", "ratio", "covers"]
-LATER = [
-    "later_reduced_modulus_pa",
-    "later_low_pa",
-    "later_high_pa",
-    "true_later_reduced_modulus_pa",
-    "later_ratio",
-    "later_covers",
-]
 STATISTICS = {
     "captures": ("ratio", "size"),
     "median_ratio": ("ratio", "median"),
@@ -77,14 +67,11 @@ def accuracy_table(
         material = materials[capture["object"]]
         star = material["reduced_modulus_pa"]
         for model in fit["models"]:
-            row = {name: capture[name] for name in CAPTURE} | {name: model[name] for name in MODEL}
-            row |= dict(zip(AGAINST, _against(model, "", star), strict=True))
+            row = {name: capture[name] for name in tables.CAPTURE}
+            row |= {name: model[name] for name in MODEL} | _against(model, "", star)
             row["true_relaxed_reduced_modulus_pa"] = star * relaxed_part(material)
             row["later_s"] = after = model.get("later_s", np.nan)
-            later = [np.nan] * len(LATER)
-            if "later_s" in model:
-                later = _against(model, "later_", star * relaxed_part(material, after))
-            row |= dict(zip(LATER, later, strict=True))
+            row |= _against(model, "later_", star * relaxed_part(material, after))
             row["recommended"] = all(model[name] == fit["recommended"][name] for name in MODEL)
             rows.append(row | {"provenance": capture["provenance"]})
     return pd.DataFrame(rows)
@@ -109,7 +96,13 @@ def accuracy_summary(accuracy: pd.DataFrame) -> pd.DataFrame:
     return short.sort_values(["object", "sensor"], kind="stable", ignore_index=True)
 
 
-def _against(model: Mapping, when: str, true: float) -> list:
-    """Modulus, interval, truth, their ratio and whether the interval covers the truth."""
-    found, ends = (model[f"{when}reduced_modulus{kind}_pa"] for kind in ("", "_interval"))
-    return [found, *ends, true, round(found / true, 4), ends[0] <= true <= ends[1]]
+def _against(model: Mapping, when: str, true: float) -> dict:
+    """What a model has of modulus, interval, truth, their ratio and whether that is covered."""
+    ends = [f"{when}low_pa", f"{when}high_pa"]
+    names = [f"{when}reduced_modulus_pa", *ends, f"true_{when}reduced_modulus_pa"]
+    names += [f"{when}ratio", f"{when}covers"]
+    if names[0] not in model:
+        return dict.fromkeys(names, np.nan)
+    found, (low, high) = model[names[0]], model[f"{when}reduced_modulus_interval_pa"]
+    cells = found, low, high, true, round(found / true, 4), low <= true <= high
+    return dict(zip(names, cells, strict=True))

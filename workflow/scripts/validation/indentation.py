@@ -30,25 +30,21 @@ RING_DEPTH_M = 0.006
 
 def make_indentation_accuracy(inputs: Any, params: Any) -> dict:
     """Force and displacement of each table over the lab's, at the true moduli and the lab's law."""
-    materials = read_by_folder(inputs.materials)
-    rows = []
+    materials, rows = read_by_folder(inputs.materials), []
     for known, table, steps in zip(params.captures, inputs.tables, inputs.load_steps, strict=True):
         material = materials[known["object"]]
         if material["law"] not in LAW_NAMES or {"skin", "gradient"} & set(material):
             continue  # The table knows no other solid to be held to.
-        arrays = read_npz(steps, what="load steps of the lab")
-        ours = load_indentation(table)
+        lab, ours = read_npz(steps, what="load steps of the lab"), load_indentation(table)
         model, law = force_table(ours), LAW_NAMES.index(material["law"])
-        deepest = min(model.depth_m[-1], arrays["depth_m"][-1])
+        E, nu = material["youngs_modulus_pa"], material["poisson_ratio"]
+        deepest = min(model.depth_m[-1], lab["depth_m"][-1])
         row = {"object": known["object"], "point": known["point"]}
         for depth in DEPTHS_M[deepest >= DEPTHS_M]:
-            lab = float(np.interp(depth, arrays["depth_m"], arrays["force_n"] ** (2 / 3))) ** 1.5
-            unit = model.force(depth, material["poisson_ratio"], law)
-            row[f"force_ratio_{depth * MILLIMETRES:g}_mm"] = (
-                material["youngs_modulus_pa"] * float(unit) / lab
-            )
-        depth = min(RING_DEPTH_M, deepest)
-        row |= displacement_ratios(ours, arrays, law, material["poisson_ratio"], depth)
+            true_n = float(np.interp(depth, lab["depth_m"], lab["force_n"] ** (2 / 3))) ** 1.5
+            name = f"force_ratio_{depth * MILLIMETRES:g}_mm"
+            row[name] = E * float(model.force(depth, nu, law)) / true_n
+        row |= displacement_ratios(ours, lab, law, nu, min(RING_DEPTH_M, deepest))
         rows.append(row | {"provenance": "simulated"})
     return outputs.table(pd.DataFrame(rows), title=TITLE, more_notes=NOTES)
 

@@ -1,74 +1,25 @@
-"""What was measured beside what is true: one row a quantity, of which all tables are views."""
+"""What was measured beside what is true: rows of quantities, and the true moduli of materials."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
-from palpate.modulus import LABELS, columns
+from numpy.typing import NDArray
+from palpate.modulus import LABELS
 
-# Errors of moduli are relative, those of all else in its unit.
-PASCALS = "Pa"
 ONE_SECOND_S = 1.0
 NEO_HOOKEAN = "neo_hookean"
 
 
 def quantity(name: str, value: float, unit: str = "", truth: float | None = None) -> dict:
     """One row: a quantity, its value and unit, and the true value where that is not 0."""
-    return {"quantity": name, "value": value, "unit": unit, "truth": truth}
+    return {"quantity": name, "value": float(value), "unit": unit, "truth": truth}
 
 
-def judged(table: pd.DataFrame) -> pd.DataFrame:
-    """Add the error, and whether the interval covers the truth, to measured quantities.
-
-    Parameters
-    ----------
-    table : DataFrame
-        ``value``, ``low``, ``high``, ``truth`` and ``unit``.
-
-    Returns
-    -------
-    DataFrame
-        With ``error``, relative in pascals and absolute in other units, and ``covered``, not known
-        without interval or truth.
-    """
-    value, low, high, true = (
-        pd.to_numeric(table[name]).to_numpy(float) for name in ("value", "low", "high", "truth")
-    )
-    scale = np.where(table["unit"] == PASCALS, true, 1.0)
-    error = value / scale - true / scale
-    covered = pd.array((low <= true) & (true <= high), dtype="boolean")
-    covered[~(np.isfinite(low) & np.isfinite(true))] = pd.NA
-    return table.assign(value=value, low=low, high=high, truth=true, error=error, covered=covered)
-
-
-def measured_moduli(
-    rows: pd.DataFrame, materials: Mapping[str, Mapping], *, keys: Iterable[str]
-) -> pd.DataFrame:
-    """Moduli of a summary beside the true ones, one row each, judged.
-
-    Parameters
-    ----------
-    rows : DataFrame
-        Columns of `palpate.report.estimate_rows.summary`.
-    materials : mapping
-        material.json by object.
-    keys : iterable of str
-        Columns that say what each row is of.
-
-    Returns
-    -------
-    DataFrame
-        Indexed as ``rows``, modulus by modulus.
-    """
-    truths = pd.DataFrame([truth_of(materials[name]) for name in rows["object"]], index=rows.index)
-    parts = []
-    for name in LABELS:
-        ends = dict(zip(("value", "low", "high", "verdict"), columns(name), strict=True))
-        cells = {end: rows[column] for end, column in ends.items()}
-        unit = PASCALS if name.endswith("_pa") else ""
-        known = {"quantity": name, "truth": truths[name], "unit": unit}
-        parts.append(rows[[*keys]].assign(**known, **cells))
-    return judged(pd.concat(parts))
+def rms(errors: NDArray | pd.Series) -> float:
+    """Root mean square of errors (n,), or of the lengths of vectors (n, 3)."""
+    squares = errors**2 if errors.ndim == 1 else (errors**2).sum(axis=1)
+    return float(np.sqrt(squares.mean()))
 
 
 def truth_of(material: Mapping) -> dict[str, float]:

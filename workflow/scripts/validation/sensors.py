@@ -8,12 +8,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from palpate.json_fields import read_one
+from palpate.npz import read_npz
 from palpate.report import outputs
 from palpate.report.tables import significant
+from palpate.surface.pose import to_camera
 from palpate.units import MILLIMETRES, MILLISECONDS, PERCENT
 from palpate.vision.camera import OPTICS
 from palpate.vision.pose import CORNERS, REFINED, select_threshold
 from scipy.spatial.transform import Rotation
+from validation.measured import rms
 
 TITLE = "Accuracy of the recordings about the sensors against the virtual lab's truth"
 DIGITS = 4
@@ -25,28 +28,17 @@ def make_sensor_accuracy(inputs: Any, params: Any) -> dict:
     """Errors of each sensor's experiments."""
     rows, files = [], zip(params.names, params.experiments, inputs.truths, strict=True)
     for name, experiment, path in files:
-        with np.load(path, allow_pickle=False) as data:
-            truth = dict(data)
-        found = READERS[experiment](
-            Path(params.results, "sensors", name), truth, params.sensors[name]
-        )
+        folder = Path(params.results, "sensors", name)
+        found = READERS[experiment](folder, read_npz(path), params.sensors[name])
         rows += [{"sensor": name} | row | {"provenance": "simulated"} for row in found]
     table = pd.DataFrame(rows)
     table["value"] = significant(table["value"], DIGITS)
     return outputs.table(table, title=TITLE)
 
 
-def calibration_rows(calibration: Mapping, sensor: Mapping) -> list[dict]:
-    """Optics and transform against the sensor's file, from which the lab makes its pictures.
-
-    Parameters
-    ----------
-    calibration : mapping
-        calibration.json.
-    sensor : mapping
-        The sensor's file.
-    """
-    rows = []
+def _calibration(folder: Path, _: Mapping, sensor: Mapping) -> list[dict]:
+    """Optics and transform against the sensor's file, from which the lab makes its pictures."""
+    calibration, rows = read_one(folder / "calibration.json"), []
     for stream, block in (("color", "color"), ("infrared", "depth")):
         found, true = calibration["cameras"][stream], sensor[block]
         for name in OPTICS:
@@ -54,9 +46,16 @@ def calibration_rows(calibration: Mapping, sensor: Mapping) -> list[dict]:
             rows.append(_error(f"calibration_{stream}_{name}_error", error, "%", 0.2))
     rest = np.array(sensor["depth"]["color_from_depth"])
     apart = np.linalg.inv(rest) @ np.array(calibration["color_from_infrared"])
-    shift = np.linalg.norm(apart[:3, 3]) * MILLIMETRES
-    rows.append(_error("equation_4_12_rotation_error", _angle_deg(apart), "degree", 0.1))
-    return [*rows, _error("equation_4_12_translation_error", shift, "mm", 1.0)]
+    return [
+        *rows,
+        _error("equation_4_12_rotation_error", _angle_deg(apart), "degree", 0.1),
+        _error("equation_4_12_translation_error", _shift_mm(apart), "mm", 1.0),
+    ]
+
+
+def _workspace(folder: Path, truth: Mapping, sensor: Mapping) -> list[dict]:
+    table = pd.read_csv(folder / "workspace.csv")
+    return workspace_rows(table, truth["tip_m"], target_mm=TIP_TARGET_MM[sensor["kind"]])
 
 
 def workspace_rows(table: pd.DataFrame, tips_m: NDArray, *, target_mm: float) -> list[dict]:
@@ -71,83 +70,67 @@ def workspace_rows(table: pd.DataFrame, tips_m: NDArray, *, target_mm: float) ->
     target_mm : float
         Largest root mean square that the project allows itself [mm].
     """
-    study = table[(table["method"] == CORNERS) & (table["threshold_px"] == select_threshold(table))]
-    rows = []
-    for name, part, target in (
-        ("study", study, None),
-        ("refined", table[table["method"] == REFINED], target_mm),
-    ):
-        bias, square = _errors(part, tips_m)
-        rms = np.sqrt(np.average(square, weights=part["found"])) * MILLIMETRES
-        rows.append(_error(f"workspace_{name}_tip_rms", rms, "mm", target))
-        rows.append(_error(f"workspace_{name}_tip_worst_point", bias.max() * MILLIMETRES, "mm"))
-        lost = part["frames"].sum() - part["found"].sum()
-        rows.append(_error(f"workspace_{name}_lost_frames", lost, ""))
-        rows.append(_error(f"workspace_{name}_frames", part["frames"].sum(), ""))
+    refined, rows = table[table["method"] == REFINED], []
+    parts = ("study", at_selected_threshold(table), None), ("refined", refined, target_mm)
+    for name, part, target in parts:
+        means = part[["mean_x_m", "mean_y_m", "mean_z_m"]].to_numpy(float)
+        bias = np.linalg.norm(means - tips_m[part["point"].astype(int) - 1], axis=1)
+        square = bias**2 + (part[["std_x_m", "std_y_m", "std_z_m"]] ** 2).sum(axis=1)
+        mean = np.sqrt(np.average(square, weights=part["found"]))
+        frames, found = part[["frames", "found"]].sum()
         # A pose flipped to the other planar solution would show here.
-        worst = (bias + part["farthest_m"].to_numpy(float)).max() * MILLIMETRES
-        rows.append(_error(f"workspace_{name}_worst_frame_at_most", worst, "mm"))
+        worst = (bias + part["farthest_m"].to_numpy(float)).max()
+        rows += [
+            _error(f"workspace_{name}_tip_rms", mean * MILLIMETRES, "mm", target),
+            _error(f"workspace_{name}_tip_worst_point", bias.max() * MILLIMETRES, "mm"),
+            _error(f"workspace_{name}_lost_frames", frames - found, ""),
+            _error(f"workspace_{name}_frames", frames, ""),
+            _error(f"workspace_{name}_worst_frame_at_most", worst * MILLIMETRES, "mm"),
+        ]
     return rows
 
 
-def cd_case_rows(path: pd.DataFrame, place: Mapping, truth: Mapping) -> list[dict]:
-    """Place of the case, and the tip's way around it.
+def at_selected_threshold(table: pd.DataFrame) -> pd.DataFrame:
+    """The workspace's points (workspace.csv) as the study tracks them."""
+    selected = select_threshold(table)
+    return table[(table["method"] == CORNERS) & (table["threshold_px"] == selected)]
 
-    Parameters
-    ----------
-    path : DataFrame
-        cd_case_path.csv.
-    place : mapping
-        cd_case.json.
-    truth : mapping
-        ``tip_m`` (frames, 3), ``camera_from_object`` (4, 4).
-    """
-    found = np.array(place["camera_from_case"])
+
+def _cd_case(folder: Path, truth: Mapping, _: Mapping) -> list[dict]:
+    """Place of the case, and the tip's way around it."""
+    path = pd.read_csv(folder / "cd_case_path.csv")
+    found = np.array(read_one(folder / "cd_case.json")["camera_from_case"])
     apart = np.linalg.inv(truth["camera_from_object"]) @ found
     # Half a turn maps a case onto itself.
     turn = min(_angle_deg(apart), _angle_deg(apart @ np.diag([-1.0, -1.0, 1.0, 1.0])))
     way = path[["smooth_x_m", "smooth_y_m", "smooth_z_m"]].to_numpy(float)
-    tips = way @ found[:3, :3].T + found[:3, 3]
-    rms = np.sqrt(((tips - truth["tip_m"]) ** 2).sum(axis=1).mean()) * MILLIMETRES
-    shift = np.linalg.norm(apart[:3, 3]) * MILLIMETRES
+    off = rms(to_camera(found, way) - truth["tip_m"])
     return [
-        _error("cd_case_place_error", shift, "mm"),
+        _error("cd_case_place_error", _shift_mm(apart), "mm"),
         _error("cd_case_turn_error", turn, "degree"),
-        _error("cd_case_tip_rms", rms, "mm"),
+        _error("cd_case_tip_rms", off * MILLIMETRES, "mm"),
     ]
 
 
-def loading_rows(table: pd.DataFrame, truth: Mapping) -> list[dict]:
-    """Force at the frames and the clocks' offset of the loading test.
-
-    Parameters
-    ----------
-    table : DataFrame
-        loading.csv.
-    truth : mapping
-        ``force_n`` (frames, 3), ``clock_offset_s``.
-    """
-    force = np.linalg.norm(truth["force_n"], axis=1)
-    error = np.sqrt(np.mean((table["force_n"] - force) ** 2)) / force.max() * PERCENT
-    first = table.iloc[0]
-    offset = (first["clock_offset_s"] - float(truth["clock_offset_s"])) * MILLISECONDS
-    deviation = first["clock_offset_std_s"] * MILLISECONDS
+def _loading(folder: Path, truth: Mapping, _: Mapping) -> list[dict]:
+    """Force at the frames and the clocks' offset of the loading test."""
+    table, force = pd.read_csv(folder / "loading.csv"), np.linalg.norm(truth["force_n"], axis=1)
+    error = rms(table["force_n"] - force) / force.max() * PERCENT
+    offset_s, std_s = table.loc[0, ["clock_offset_s", "clock_offset_std_s"]]
+    offset_s -= float(truth["clock_offset_s"])
     return [
         _error("loading_force_rms_of_peak", error, "%", 1.0),
-        _error("loading_clock_offset_error", offset, "ms", 3.0),
-        _error("loading_clock_offset_stated_std", deviation, "ms"),
+        _error("loading_clock_offset_error", offset_s * MILLISECONDS, "ms", 3.0),
+        _error("loading_clock_offset_stated_std", std_s * MILLISECONDS, "ms"),
     ]
-
-
-def _errors(part: pd.DataFrame, tips_m: NDArray) -> tuple[NDArray, pd.Series]:
-    """Bias of each point's mean tip [m], and mean square error of its frames [m^2]."""
-    means = part[["mean_x_m", "mean_y_m", "mean_z_m"]].to_numpy(float)
-    bias = np.linalg.norm(means - tips_m[part["point"].astype(int) - 1], axis=1)
-    return bias, bias**2 + (part[["std_x_m", "std_y_m", "std_z_m"]] ** 2).sum(axis=1)
 
 
 def _angle_deg(transform: NDArray) -> float:
     return float(np.degrees(Rotation.from_matrix(transform[:3, :3]).magnitude()))
+
+
+def _shift_mm(transform: NDArray) -> float:
+    return float(np.linalg.norm(transform[:3, 3]) * MILLIMETRES)
 
 
 def _error(name: str, value: float, unit: str, target: float | None = None) -> dict:
@@ -156,18 +139,8 @@ def _error(name: str, value: float, unit: str, target: float | None = None) -> d
 
 
 READERS = {
-    "calibration": lambda folder, truth, sensor: calibration_rows(
-        read_one(str(folder / "calibration.json")), sensor
-    ),
-    "workspace": lambda folder, truth, sensor: workspace_rows(
-        pd.read_csv(folder / "workspace.csv"),
-        truth["tip_m"],
-        target_mm=TIP_TARGET_MM[sensor["kind"]],
-    ),
-    "cd_case": lambda folder, truth, sensor: cd_case_rows(
-        pd.read_csv(folder / "cd_case_path.csv"), read_one(str(folder / "cd_case.json")), truth
-    ),
-    "loading": lambda folder, truth, sensor: loading_rows(
-        pd.read_csv(folder / "loading.csv"), truth
-    ),
+    "calibration": _calibration,
+    "workspace": _workspace,
+    "cd_case": _cd_case,
+    "loading": _loading,
 }

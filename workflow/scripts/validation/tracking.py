@@ -7,18 +7,25 @@ there, does not. The moduli are estimated from the *change* since the first fram
 the first frame is wrong by is taken off, and its noise is in.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 from numpy.typing import NDArray
+from palpate.npz import read_npz
 from palpate.open3d_core import ClosestPoints
+from palpate.report import style
+from palpate.report.panels import named
 from palpate.report.tables import SIMULATED_NOTE, significant, to_markdown
 from palpate.surface.pose import to_camera, to_object
 from palpate.surface.tracked import Tracked, load_tracked
-from palpate.units import CUBIC_CENTIMETRES, MILLIMETRES
+from palpate.units import CUBIC_CENTIMETRES, MILLIMETRES, PERCENT
 from palpate.workflow.job import naming
 
 TITLE = "Trackers against the virtual lab's truth"
@@ -29,19 +36,9 @@ UNTRACKED = "none"
 KINDS = ("displacement", "change", "place", "surface")
 REGIONS = ("all", "observed", "unobserved", "dent")
 KEYS = ["object", "sensor", "point", "tracker", "capture"]
-SHOWN = [
-    "displacement_mean_all_mm",
-    "displacement_mean_observed_mm",
-    "displacement_mean_unobserved_mm",
-    "displacement_mean_dent_mm",
-    "change_mean_all_mm",
-    "change_mean_dent_mm",
-    "place_mean_all_mm",
-    "surface_mean_all_mm",
-    "surface_mean_dent_mm",
-    "volume_change_of_true_percent",
-    "seconds_per_frame",
-]
+SHOWN = [f"displacement_mean_{region}_mm" for region in REGIONS]
+SHOWN += ["change_mean_all_mm", "change_mean_dent_mm", "place_mean_all_mm", "surface_mean_all_mm"]
+SHOWN += ["surface_mean_dent_mm", "volume_change_of_true_percent", "seconds_per_frame"]
 NOTES = (
     "Mean errors over vertices in the most pressed frame [mm], averaged over the captures;"
     " tracking_accuracy.csv has every capture, root mean squares and means over all frames in"
@@ -61,12 +58,21 @@ NOTES = (
     " seconds_per_frame: of the whole job, reading and writing included; it alone differs from"
     " run to run.",
 )
+# Of the figure: columns, colours of trackers, and how far dots and medians reach aside.
+DRAWN = {
+    "displacement_mean_dent_mm": "Error in the dent (mm)",
+    "displacement_mean_all_mm": "Error over all (mm)",
+}
+COLOURS = (style.GREY, style.BLUE, style.ORANGE, style.GREEN)
+SPREAD, MEDIAN_HALF_WIDTH = 0.32, 0.4
+FIGURE_NOTE = (
+    "mean error of displacement in the most pressed frame, by tracker; dot: capture, line: median"
+)
 
 
 def make_tracking_accuracy(inputs: Any, params: Any) -> dict:
     """Every capture, and means over the captures."""
-    files = iter(zip(inputs.tracked, inputs.seconds, strict=True))
-    rows = []
+    files, rows = iter(zip(inputs.tracked, inputs.seconds, strict=True)), []
     for capture, truth in zip(params.captures, inputs.truths, strict=True):
         known = {key: capture[key] for key in KEYS if key in capture}
         last = {"provenance": capture["provenance"]}
@@ -78,26 +84,23 @@ def make_tracking_accuracy(inputs: Any, params: Any) -> dict:
     return {"csv": table, "md": to_markdown(_rounded(averages(table)), title=TITLE, notes=notes)}
 
 
-def capture_rows(truth: str, files: Mapping[str, tuple[str, str]]) -> list[dict]:
+def capture_rows(truth: str, files: Mapping[str, tuple[str, str]]) -> Iterator[dict]:
     """Rows of a capture: without tracking, then of each tracker."""
-    with np.load(truth, allow_pickle=False) as data:
-        arrays = {name: data[name] for name in data.files if name != "mask"}
+    arrays = read_npz(truth)
     tracked = {name: load_tracked(path) for name, (path, _) in files.items()}
     first = next(iter(tracked.values()))
-    rows = []
     for name, surface in ({UNTRACKED: untracked(first)} | tracked).items():
         if surface.observed.shape == first.observed.shape:
             surface = replace(surface, observed=first.observed)
         with naming(truth):
             row = {"tracker": name} | accuracy_row(arrays, surface)
         spent = pd.read_csv(files[name][1], sep="\t")["s"].mean() if name in files else np.nan
-        rows.append(row | {"seconds_per_frame": float(spent) / len(surface.vertices_m)})
-    return rows
+        yield row | {"seconds_per_frame": float(spent) / len(surface.vertices_m)}
 
 
 def tracked_errors(truth: Mapping, tracked: Tracked, frame: int) -> tuple[NDArray, NDArray]:
     """Distance of each tracked vertex from its true place, and of the undeformed one, (n,) [m]."""
-    true = _true_places(truth, tracked.template_m, [frame])[0]
+    true = _true_places(truth, tracked.template_m, truth["surface_m"][[frame]])[0]
     rest = to_camera(truth["camera_from_object"], tracked.template_m)
     found = np.linalg.norm(tracked.vertices_m[frame] - true, axis=1)
     return found, np.linalg.norm(rest - true, axis=1)
@@ -118,15 +121,29 @@ def vertex_errors(truth: Mapping, tracked: Tracked) -> dict[str, NDArray]:
     ValueError
         If the truth has another number of frames.
     """
-    frames = range(len(tracked.vertices_m))
-    if len(truth["surface_m"]) != len(frames):
-        found = len(truth["surface_m"])
-        raise ValueError(f"surface_m: expected {len(frames)} frames as tracked, found {found}")
-    place = tracked.vertices_m - _true_places(truth, tracked.template_m, frames)
-    moved = tracked.vertices_m - tracked.rest_m - _true_displacements(truth, tracked.rest_m, frames)
-    away = [_from_surface(truth, tracked.vertices_m[k], k) for k in frames]
+    surfaces, found = truth["surface_m"], tracked.vertices_m
+    if len(surfaces) != len(found):
+        expected = f"{len(found)} frames as tracked"
+        raise ValueError(f"surface_m: expected {expected}, found {len(surfaces)}")
+    pose, rest_m = truth["camera_from_object"], tracked.rest_m
+    ways = (surface - truth["surface_rest_m"] for surface in surfaces)
+    place = found - _true_places(truth, tracked.template_m, surfaces)
+    moved = found - rest_m - _at(truth, to_object(pose, rest_m), ways) @ pose[:3, :3].T
     lengths = (np.linalg.norm(part, axis=2) for part in (moved, moved - moved[0], place))
-    return dict(zip(KINDS, (*lengths, np.stack(away)), strict=True))
+    away = np.stack([from_surface(truth, vertices, k) for k, vertices in enumerate(found)])
+    return dict(zip(KINDS, (*lengths, away), strict=True))
+
+
+def from_surface(truth: Mapping, points_m: NDArray, frame: int) -> NDArray:
+    """Distances of points, camera frame, from the true surface in a frame, (n,) [m]."""
+    closest = ClosestPoints(truth["surface_m"][frame], truth["surface_faces"])
+    return closest.distance(to_object(truth["camera_from_object"], points_m))
+
+
+def dent_of(tracked: Tracked) -> NDArray:
+    """Vertices near the contact, (n,) bool."""
+    offset = tracked.template_m - tracked.contact_point_m
+    return np.linalg.norm(offset, axis=1) < DENT_RADIUS_M
 
 
 def untracked(tracked: Tracked) -> Tracked:
@@ -137,11 +154,14 @@ def untracked(tracked: Tracked) -> Tracked:
 
 def volume_changes(truth: Mapping, tracked: Tracked) -> tuple[NDArray, NDArray]:
     """Changes of the enclosed volume as tracked and in truth, both (f,) [m^3]."""
-    rest, faces = truth["surface_rest_m"].astype(float), truth["surface_faces"]
-    found = [_volume(place, tracked.faces) for place in tracked.vertices_m]
-    true = [_volume(place.astype(float), faces) for place in truth["surface_m"]]
-    before = _volume(tracked.rest_m, tracked.faces)
-    return np.array(found) - before, np.array(true) - _volume(rest, faces)
+    found, true = (
+        np.array([_volume(place.astype(float), faces) for place in places]) - _volume(rest, faces)
+        for places, rest, faces in (
+            (tracked.vertices_m, tracked.rest_m, tracked.faces),
+            (truth["surface_m"], truth["surface_rest_m"].astype(float), truth["surface_faces"]),
+        )
+    )
+    return found, true
 
 
 def accuracy_row(truth: Mapping, tracked: Tracked) -> dict:
@@ -165,9 +185,12 @@ def accuracy_row(truth: Mapping, tracked: Tracked) -> dict:
     errors, volumes = vertex_errors(truth, tracked), volume_changes(truth, tracked)
     row = {"frame": int(np.argmax(depth)), "vertices": len(tracked.template_m)}
     for prefix, frames in (("", [row["frame"]]), ("contact_", np.flatnonzero(depth > 0))):
-        found = _figures(errors, tracked, frames)
-        found |= _volume_figures(*(change[frames].mean() for change in volumes))
-        row |= {prefix + name: value for name, value in found.items()}
+        figures = _figures(errors, tracked, frames)
+        found, true = (change[frames].mean() for change in volumes)
+        figures["volume_change_cm3"] = found * CUBIC_CENTIMETRES
+        figures["true_volume_change_cm3"] = true * CUBIC_CENTIMETRES
+        figures["volume_change_of_true_percent"] = PERCENT * found / true
+        row |= {prefix + name: value for name, value in figures.items()}
     return row
 
 
@@ -176,41 +199,20 @@ def averages(table: pd.DataFrame) -> pd.DataFrame:
     groups = table.groupby(["object", "sensor", "tracker"], sort=False)
     means = groups[SHOWN].mean()
     means.insert(0, "captures", groups.size())
-    provenance = groups["provenance"].first()
-    return means.assign(provenance=provenance).reset_index()
+    return means.assign(provenance=groups["provenance"].first()).reset_index()
 
 
-def _true_places(truth: Mapping, template_m: NDArray, frames) -> NDArray:
+def _true_places(truth: Mapping, template_m: NDArray, surfaces: NDArray) -> NDArray:
     """True places of the template's material points, camera frame, (f, n, 3) [m]."""
+    fields = (surface.astype(float) for surface in surfaces)
+    return to_camera(truth["camera_from_object"], _at(truth, template_m, fields))
+
+
+def _at(truth: Mapping, points_m: NDArray, fields: Iterable[NDArray]) -> NDArray:
+    """Vectors of the true surface's vertices, at points on it while undeformed, (f, n, 3)."""
     closest = ClosestPoints(truth["surface_rest_m"], truth["surface_faces"])
-    _, triangle, weights = closest(template_m)
-    pose, surface = truth["camera_from_object"], truth["surface_m"]
-    return np.stack(
-        [
-            to_camera(pose, closest.interpolate(surface[k].astype(float), triangle, weights))
-            for k in frames
-        ]
-    )
-
-
-def _true_displacements(truth: Mapping, rest_m: NDArray, frames) -> NDArray:
-    """True displacements where the aligned template lies, camera frame, (f, n, 3) [m]."""
-    pose, rest = truth["camera_from_object"], truth["surface_rest_m"]
-    closest = ClosestPoints(rest, truth["surface_faces"])
-    _, triangle, weights = closest(to_object(pose, rest_m))
-    turn = pose[:3, :3].T
-    return np.stack(
-        [
-            closest.interpolate(truth["surface_m"][k] - rest, triangle, weights) @ turn
-            for k in frames
-        ]
-    )
-
-
-def _from_surface(truth: Mapping, vertices_m: NDArray, frame: int) -> NDArray:
-    """Distances of vertices, camera frame, from the true surface in a frame, (n,) [m]."""
-    closest = ClosestPoints(truth["surface_m"][frame], truth["surface_faces"])
-    return closest.distance(to_object(truth["camera_from_object"], vertices_m))
+    _, *where = closest(points_m)
+    return np.stack([closest.interpolate(field, *where) for field in fields])
 
 
 def _volume(vertices: NDArray, faces: NDArray) -> float:
@@ -221,9 +223,8 @@ def _volume(vertices: NDArray, faces: NDArray) -> float:
 
 def _figures(errors: Mapping, tracked: Tracked, frames: NDArray) -> dict:
     """Mean and root mean square in each region; a frame counts as much as the other [mm]."""
-    offset = np.linalg.norm(tracked.template_m - tracked.contact_point_m, axis=1)
-    seen, dent = tracked.observed[frames], offset < DENT_RADIUS_M
-    masks = (np.ones_like(seen), seen, ~seen, np.broadcast_to(dent, seen.shape))
+    seen = tracked.observed[frames]
+    masks = (np.ones_like(seen), seen, ~seen, np.broadcast_to(dent_of(tracked), seen.shape))
     figures = {}
     for kind in KINDS:
         values = errors[kind][frames] * MILLIMETRES
@@ -242,16 +243,56 @@ def _over(values: NDArray, mask: NDArray) -> float:
     return float(((values * mask).sum(axis=1)[kept] / counts[kept]).mean())
 
 
-def _volume_figures(found_m3: float, true_m3: float) -> dict:
-    return {
-        "volume_change_cm3": found_m3 * CUBIC_CENTIMETRES,
-        "true_volume_change_cm3": true_m3 * CUBIC_CENTIMETRES,
-        "volume_change_of_true_percent": 100 * found_m3 / true_m3,
-    }
-
-
 def _rounded(table: pd.DataFrame) -> pd.DataFrame:
     """Figures to the digits that mean something."""
     measured = table.select_dtypes("number").columns.difference(["frame", "vertices", "captures"])
     whole = {name: np.array(significant(table[name], DIGITS), dtype=float) for name in measured}
     return table.assign(**whole)
+
+
+def make_tracking_accuracy_figure(inputs: Any, params: Any) -> Figure:
+    """Mean error of the displacement in the most pressed frame, by object, sensor and tracker.
+
+    Raises
+    ------
+    ValueError
+        If the table holds no capture.
+    """
+    table = pd.read_csv(inputs.table, dtype={"capture": str, "point": str})
+    if table.empty:
+        raise ValueError("table: expected captures, found none")
+    groups = list(table.groupby(["object", "sensor"], sort=False))
+    shape = {"figsize": (style.PAGE_IN, 4.2), "sharey": "row", "sharex": True, "squeeze": False}
+    figure, axes = plt.subplots(2, len(groups), **shape)
+    letters = iter("abcdefghijklmnopqrstuvwxyz")
+    for k, (row, (column, label)) in enumerate(zip(axes, DRAWN.items(), strict=True)):
+        for panel, ((name, sensor), group) in zip(row, groups, strict=True):
+            _dots(panel, group, column)
+            title = f"{name.replace('foam_', '').capitalize()}, {style.sensor_name(sensor)}"
+            named(panel, next(letters), title if k == 0 else "")
+        row[0].set(ylabel=label, yscale="log")
+        row[0].yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        row[0].yaxis.set_major_formatter(ScalarFormatter())
+        row[0].yaxis.set_minor_formatter(NullFormatter())
+    figure.align_ylabels(axes[:, 0])
+    figure.tight_layout(rect=(0, 0.05, 1, 0.98))
+    figure.text(0.02, 0.012, FIGURE_NOTE, fontsize=6.5)
+    style.label_provenance(figure, set(table["provenance"]))
+    return figure
+
+
+def _dots(panel: Axes, group: pd.DataFrame, column: str) -> None:
+    """Errors of each tracker beside each other by rank, which keeps dots apart without chance."""
+    names = list(dict.fromkeys(group["tracker"]))
+    for k, (name, colour) in enumerate(zip(names, COLOURS, strict=False)):
+        values = np.sort(group.loc[group["tracker"] == name, column].dropna().to_numpy(float))
+        if not len(values):
+            continue
+        aside = np.linspace(-SPREAD, SPREAD, len(values)) if len(values) > 1 else np.zeros(1)
+        panel.plot(k + aside, values, "o", ms=3.2, mew=0, color=colour, alpha=0.85)
+        ends = [k - MEDIAN_HALF_WIDTH, k + MEDIAN_HALF_WIDTH]
+        panel.plot(ends, [np.median(values)] * 2, color=style.BLACK, lw=1.1, zorder=3)
+    panel.set_xticks(range(len(names)), names, rotation=30)
+    panel.set_xlim(-0.6, len(names) - 0.4)
+    panel.grid(axis="y", lw=0.4, color="0.9")
+    panel.set_axisbelow(True)
