@@ -7,7 +7,7 @@ import trimesh
 from palpate.modulus import LABELS, Modulus
 from palpate.report import tables
 from palpate.report.estimate_rows import row, summary
-from validation import captures, fidelity, hertz, published_noise
+from validation import captures, fidelity, hertz
 from validation.estimates import accuracy_table, coverage_table
 from validation.measured import relaxed_part, truth_of
 from validation.sensors import workspace_rows
@@ -206,11 +206,9 @@ def test_a_planes_residual_is_its_noise():
 
 def test_disparity_noise_is_recovered_from_planes(sensors):
     sensor, depth = sensors["bumblebee"], np.array([0.5, 0.7, 0.9])
-    residual = published_noise.stereo_noise_m(
-        depth, disparity_std_px=0.08, product_px_m=published_noise.product_px_m(sensor)
-    )
+    residual = fidelity.stereo_noise_m(depth, sensor, disparity_std_px=0.08)
     planes = pd.DataFrame({"depth_m": depth, "residual_m": residual})
-    assert published_noise.disparity_std_px(planes, sensor) == pytest.approx(0.08)
+    assert fidelity.disparity_std_px(planes, sensor) == pytest.approx(0.08)
     rows = fidelity.plane_rows(planes, sensor)
     assert [row["value"] for row in rows] == pytest.approx([row["reference_value"] for row in rows])
 
