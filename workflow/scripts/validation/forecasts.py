@@ -7,14 +7,15 @@ of a folder of objects, the results of a run, and the folder of the sensors' fil
 the first capture, E and nu the lab's.
 """
 
-import json
 import sys
+from functools import cache
 from pathlib import Path
 
 import pandas as pd
 from palpate.config.probe import ProbeSpec
 from palpate.config.sensor import SensorSpec
 from palpate.estimate.direct.motion import load_motion
+from palpate.json_fields import read_json
 from palpate.plan import as_recorded
 from palpate.solid.indentation_table import load_indentation
 from palpate.solid.support import read_support
@@ -30,24 +31,21 @@ PROBES = Path("config/probes")
 
 def forecasts(raw: Path, results: Path, sensors: Path) -> pd.DataFrame:
     """One row for each direct.json: half-widths as forecast and as found, moduli in per cent."""
-    rows, known = [], {}
+    rows, rig = [], cache(rig_of)
     for path in sorted([*results.glob("*/*/direct.json"), *results.glob("*/*/*/direct.json")]):
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = read_json(path)
         name, sensor = path.relative_to(results).parts[:2]
         capture, count = found["captures"][0], len(found["captures"])
         folder, point = results / name / sensor / capture, capture.partition("-")[0]
-        if (name, sensor, point) not in known:
-            known[name, sensor, point] = rig_of(raw / name, results / name, point, sensors, sensor)
         files = {
             "path": pd.read_csv(folder / "path.csv"),
             "motion": load_motion(folder / "motion.npz"),
             "alignment": load_alignment(folder / "alignment.json"),
         }
-        truth = load_yaml(results / "lab" / name / "material.json")
+        truth = read_json(results / "lab" / name / "material.json")
         guess = truth["youngs_modulus_pa"], truth["poisson_ratio"]
-        planned, protocol = as_recorded(
-            *known[name, sensor, point], **files, found=found, guess=guess
-        )
+        known = rig(raw / name, results / name, point, sensors, sensor)
+        planned, protocol = as_recorded(*known, **files, found=found, guess=guess)
         forecast = planned.forecast(protocol).half_width
         row = {"object": name, "sensor": sensor, "captures": count}
         row |= {"capture": capture if path.parent.name == capture else "all"}

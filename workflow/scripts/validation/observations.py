@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from numpy.random import Generator
 from numpy.typing import NDArray
 from palpate.estimate.direct.deviations import ALIKE_M
 from palpate.estimate.direct.estimate import estimate_direct
@@ -27,6 +28,7 @@ from palpate.estimate.direct.options import Fit, ProbeUncertainty
 from palpate.estimate.direct.quantities import NAMES
 from palpate.estimate.direct.table import axes_across
 from palpate.modulus import columns
+from palpate.npz import read_npz
 from palpate.open3d_core import o3d, scene_of
 from palpate.plan import Noise, Planned, Protocol
 from palpate.yaml_files import load_yaml
@@ -71,10 +73,10 @@ class Contact:
     @staticmethod
     def read(path: Path) -> "Contact":
         """Read contact-<point>.npz."""
-        with np.load(path, allow_pickle=False) as data:
-            rest_m, faces = data["surface_rest_m"], data["surface_faces"]
-            moved = data["surface_displacement_m"].astype(float)
-            return Contact(data["depth_m"], data["force_n"], rest_m, faces, moved)
+        data = read_npz(path)
+        moved_m = data["surface_displacement_m"].astype(float)
+        surface = data["surface_rest_m"], data["surface_faces"], moved_m
+        return Contact(data["depth_m"], data["force_n"], *surface)
 
     def force_at(self, depth_m: NDArray) -> NDArray:
         """Elastic force at depths [N]; zero before contact."""
@@ -86,11 +88,9 @@ class Contact:
         middle = cell_m.mean(axis=0)
         rays = np.hstack([cell_m + OUTSIDE_M * normal - middle, -normal])
         rays = o3d.core.Tensor(rays.astype(np.float32))
-        ways = []
-        for moved in self.displacement_m:
-            scene = scene_of(self.rest_m + moved - middle, self.faces)
-            ways.append(scene.cast_rays(rays, nthreads=1)["t_hit"].numpy().astype(float))
-        ways = np.array(ways)
+        scenes = (scene_of(self.rest_m + one - middle, self.faces) for one in self.displacement_m)
+        hits = [scene.cast_rays(rays, nthreads=1)["t_hit"].numpy() for scene in scenes]
+        ways = np.array(hits, dtype=float)
         ways[~np.isfinite(ways)] = np.nan
         return ways[0] - ways
 
@@ -127,7 +127,7 @@ class Lab:
         known = np.nan_to_num(np.stack([here, *slopes], axis=1))
         return cKDTree(cells), PchipInterpolator(self.contact.depth_m, known)
 
-    def draw(self, rng: np.random.Generator) -> tuple[list[DirectIndentation], dict, dict]:
+    def draw(self, rng: Generator) -> tuple[list[DirectIndentation], dict, dict]:
         """Captures of a rig, the material, and what was drawn.
 
         Raises
@@ -135,26 +135,24 @@ class Lab:
         ValueError
             If the captures determine nothing, as of a camera that sees no surface.
         """
-        ranges = self.ranges
+        ranges, deepest_m = self.ranges, self.contact.depth_m[-1]
         drawn = {name: rng.uniform(*ends) for name, ends in ranges["evenly"].items()}
         drawn |= {name: std * rng.normal() for name, std in ranges["rig_std"].items()}
-        drawn |= {"captures": int(rng.integers(*ranges["captures"], endpoint=True))}
-        drawn |= {"depth_m": drawn.pop("part_of_deepest") * self.contact.depth_m[-1]}
-        drawn |= {"distance_m": rng.uniform(*ranges["distance_m"][self.planned.sensor["sensor"]])}
+        drawn["captures"] = int(rng.integers(*ranges["captures"], endpoint=True))
+        drawn["depth_m"] = drawn.pop("part_of_deepest") * deepest_m
+        drawn["distance_m"] = rng.uniform(*ranges["distance_m"][self.planned.sensor["sensor"]])
         unit_n = float(self.contact.force_at(np.array([drawn["depth_m"]]))[0])
         force_n = unit_n * np.exp(rng.uniform(*np.log(ranges["force_over_solution"])))
-        drawn |= {"force_n": float(np.clip(force_n, *ranges["force_n"]))}
-        fractions = rng.uniform(*ranges["relaxation_fraction"], len(ranges["relaxation_times_s"]))
-        drawn |= {"relaxing": float(fractions.sum())}
-        relaxation = {
-            "fractions": fractions.tolist(),
-            "times_s": [rng.uniform(*ends) for ends in ranges["relaxation_times_s"]],
-        }
+        drawn["force_n"] = float(np.clip(force_n, *ranges["force_n"]))
+        times_s = ranges["relaxation_times_s"]
+        fractions = rng.uniform(*ranges["relaxation_fraction"], len(times_s))
+        drawn["relaxing"] = float(fractions.sum())
+        times_s = [rng.uniform(*ends) for ends in times_s]
+        relaxation = {"fractions": fractions.tolist(), "times_s": times_s}
         stiffer = drawn["force_n"] / unit_n
         tip_m = self.noise["rig_tip_m"] * rng.normal(size=3)
-        planned = self._at(drawn["distance_m"])
-        given = planned, rng, drawn, relaxation, stiffer, tip_m
-        indented = [self._capture(*given) for _ in range(drawn["captures"])]
+        given = drawn, relaxation, stiffer, tip_m
+        indented = [self._capture(rng, *given) for _ in range(drawn["captures"])]
         E = stiffer * self.material["youngs_modulus_pa"]
         material = self.material | {"youngs_modulus_pa": E, "relaxation": relaxation}
         return indented, material, drawn
@@ -167,15 +165,9 @@ class Lab:
         return moved
 
     def _capture(
-        self,
-        planned: Planned,
-        rng: np.random.Generator,
-        drawn: Mapping,
-        relaxation: Mapping,
-        stiffer: float,
-        tip_m: NDArray,
+        self, rng: Generator, drawn: Mapping, relaxation: Mapping, stiffer: float, tip_m: NDArray
     ) -> DirectIndentation:
-        noise = self.noise
+        noise, planned = self.noise, self._at(drawn["distance_m"])
         depth_m = drawn["depth_m"] * (1 - self.ranges["depth_spread"] * rng.uniform())
         up, aside = np.deg2rad([drawn["elevation_deg"], drawn["azimuth_deg"]])
         away = [np.sin(aside) * np.cos(up), -np.cos(aside) * np.cos(up), np.sin(up)]
@@ -205,12 +197,8 @@ class Lab:
         seen_m = np.interp(time_s[exact.frames] + noise["depth_delay_s"], fine_s, path_m)
         moved_m = motion(np.maximum(seen_m, 0))[..., samples.query(exact.cell_m)[1]]
         moved_m = moved_m[:, 0] + np.tensordot(moved_m[:, 1:], off_m[1:], axes=(1, 0))
-        exact = replace(
-            exact,
-            tip_depth_m=found_m,
-            depth_m=found_m[exact.frames],
-            clock_expected_s=clock_s + error_s,
-        )
+        known = {"tip_depth_m": found_m, "depth_m": found_m[exact.frames]}
+        exact = replace(exact, **known, clock_expected_s=clock_s + error_s)
         moved_m = np.where(exact.seen, (1 + drawn["scale"]) * moved_m, np.nan)
         return planned.noisy(exact, moved_m, rest, rng, **noise["over_stated"])
 
@@ -241,15 +229,13 @@ def relaxed(
 def lab_of(run: Path, name: str, sensor: str, ranges: Mapping) -> Lab:
     """An object and a sensor of a run, by its files and config/observations.yaml."""
     config, results = load_yaml(run / "config.yaml"), run / "results"
-    table, template, support, spec, probe = rig_of(
-        run / "raw" / name, results / name, "01", run / "sensors", sensor
-    )
+    rig = rig_of(run / "raw" / name, results / name, "01", run / "sensors", sensor)
     material = load_yaml(results / "lab" / name / "material.json")
     contact = Contact.read(results / "lab" / name / "contact-01.npz")
-    noise = Noise.expected(spec, probe, float(np.mean(ranges["distance_m"][sensor])))
+    noise = Noise.expected(*rig[3:], float(np.mean(ranges["distance_m"][sensor])))
     fit = Fit.read(config.get("direct", {}).get("fit", {}))
     of_guess = material["youngs_modulus_pa"], material["poisson_ratio"]
-    planned = Planned(table, template, support, spec, probe, noise, *of_guess, fit)
+    planned = Planned(*rig, noise, *of_guess, fit)
     return Lab(planned, contact, material, ranges, ranges["noise"][sensor])
 
 
@@ -257,15 +243,14 @@ def estimates(run: Path, name: str, sensor: str, draws: int, seed: int) -> list[
     """Estimates of draws of an object and a sensor beside their truth, one row each."""
     lab, rows = lab_of(run, name, sensor, load_yaml(RANGES)), []
     planned, known = lab.planned, ProbeUncertainty.of(lab.planned.probe)
+    radius_m = planned.table.radius_m
     for k in range(draws):
         rng = np.random.default_rng([seed, zlib.crc32(f"{name} {sensor}".encode()), k])
         row = {"object": name, "sensor": sensor, "law": lab.material["law"], "rig": f"{name} {k}"}
         try:
             captures, material, drawn = lab.draw(rng)
             row |= {f"{DRAWN}{key}": value for key, value in drawn.items()}
-            found = estimate_direct(
-                captures, planned.options, known, radius_m=planned.table.radius_m
-            )
+            found = estimate_direct(captures, planned.options, known, radius_m=radius_m)
         except ValueError as error:
             rows.append(row | {"rejected": str(error)})
             continue
@@ -313,11 +298,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     if not pairs:
         expected = f"expected what `make validation` leaves in {results}"
         parser.exit(1, f"error: run: {expected}, found no direct.json\n")
+    seeded = given.draws, given.seed
     with ProcessPoolExecutor() as pool:
-        jobs = [
-            pool.submit(estimates, given.run, *pair, given.draws, given.seed)
-            for pair in sorted(pairs)
-        ]
+        jobs = [pool.submit(estimates, given.run, *pair, *seeded) for pair in sorted(pairs)]
         table = pd.DataFrame([row for job in jobs for row in job.result()])
     table.to_csv(given.run / "observations.csv", index=False)
     by_tenth(table).to_csv(given.run / "observations_by_tenth.csv", index=False)

@@ -6,14 +6,14 @@ Prints the table and writes ``protocols.csv`` and ``protocols.md`` there. Only t
 the lab's truth.
 """
 
-import json
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
-import yaml
+from palpate.json_fields import read_json
 from palpate.markdown import rows_of
+from palpate.yaml_files import load_yaml
 
 ROOT = Path(__file__).resolve().parents[3]
 MODULI = {"E [kPa]": ("youngs_modulus_pa", 1e-3), "nu": ("poisson_ratio", 1.0)}
@@ -24,11 +24,11 @@ def protocols_table(lab: Mapping, results: Path) -> pd.DataFrame:
     """One row for each capture: its protocol, moduli with 95 % intervals, and whether they hold."""
     rows = []
     for name, spec in lab["objects"].items():
-        truth = json.loads((results / "lab" / name / "material.json").read_text())
+        truth = read_json(results / "lab" / name / "material.json")
         for sensor, captures in spec["recordings"].items():
             for capture in captures:
                 path = results / name / sensor / capture / "direct.json"
-                found = json.loads(path.read_text()) if path.is_file() else None
+                found = read_json(path) if path.is_file() else None
                 known = {"object": name, "capture": capture, "protocol": protocol_of(spec, capture)}
                 rows.append(known | _row(found, truth))
     return pd.DataFrame(rows)
@@ -56,9 +56,8 @@ def _row(found: Mapping | None, truth: Mapping) -> dict:
         return dict.fromkeys(MODULI, "none") | {"holds": "rejected"}
     row, missed = {}, []
     for title, (name, scale) in MODULI.items():
-        value = found[name]
-        low, high = value["low"], value["high"]
-        row[title] = f"{value['value'] * scale:.3g} ({low * scale:.3g} to {high * scale:.3g})"
+        value, low, high = (found[name][end] for end in ("value", "low", "high"))
+        row[title] = f"{value * scale:.3g} ({low * scale:.3g} to {high * scale:.3g})"
         if not low <= truth[name] <= high:
             missed.append(title.split(" ")[0])
     return row | {"holds": "no: " + ", ".join(missed) if missed else "yes"}
@@ -66,8 +65,7 @@ def _row(found: Mapping | None, truth: Mapping) -> dict:
 
 def main(results: Path) -> None:
     """Print and write the table."""
-    lab = yaml.safe_load((ROOT / "config/protocols_lab.yaml").read_text())
-    found = protocols_table(lab, results)
+    found = protocols_table(load_yaml(ROOT / "config/protocols_lab.yaml"), results)
     found.to_csv(results / "protocols.csv", index=False)
     text = "\n".join(rows_of(list(found.columns), found.to_numpy())) + "\n"
     (results / "protocols.md").write_text(text, encoding="utf-8")

@@ -7,7 +7,6 @@ Prints the summary of all of them; writes ``validation.csv``, ``validation.md`` 
 capture is a row with the reason.
 """
 
-import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,6 +14,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from palpate.json_fields import read_fields
 from palpate.markdown import rows_of
 from palpate.modulus import LABELS, columns
 from palpate.report import style
@@ -45,24 +45,12 @@ def estimates_of(folder: Path) -> pd.DataFrame:
             group = {"object": name, "sensor": sensor, "provenance": "simulated"}
             row = group | {"rejected": reason(results, name, sensor)}
             if path.is_file():
-                found = [read_estimate(path)]
-                (row,) = direct_rows([], [], [group], found)
+                (row,) = direct_rows([], [], [group], [read_fields(path)])
             rows.append({"seed": lab["seed"]} | row | randomised(spec))
     table = pd.DataFrame(rows)
     wanted = ["point", "method", *(column for name in LABELS for column in columns(name))]
     table = table.reindex(columns=[*table, *(name for name in wanted if name not in table)])
     return accuracy_table(table, materials)
-
-
-def read_estimate(path: Path) -> dict:
-    """Read a direct.json; a damaged one is named."""
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except json.JSONDecodeError:
-        found = None
-    if not isinstance(found, dict) or not {*LABELS, "captures"} <= set(found):
-        raise ValueError(f"{path}: file: expected a whole estimate, found none")
-    return found
 
 
 def randomised(spec: Mapping) -> dict:
@@ -77,9 +65,8 @@ def randomised(spec: Mapping) -> dict:
 
 def reason(results: Path, name: str, sensor: str) -> str:
     """Why there is no estimate of an object and a sensor: last lines of the logs."""
-    logs = sorted(results.glob(f"logs/*/{name}-{sensor}*.log")) + sorted(
-        results.glob(f"logs/*/{name}-01.log")
-    )
+    patterns = f"logs/*/{name}-{sensor}*.log", f"logs/*/{name}-01.log"
+    logs = [path for pattern in patterns for path in sorted(results.glob(pattern))]
     lines = [text.splitlines()[-1] for path in logs if (text := path.read_text().strip())]
     errors = [line for line in lines if line.startswith("error: ")]
     return "; ".join(errors) or "it was not tried"
@@ -89,39 +76,27 @@ def summary_of(table: pd.DataFrame) -> pd.DataFrame:
     """Errors and coverage of each modulus, over all estimates of runs."""
     rows = []
     for name, (title, relative) in MODULI.items():
-        stem, scale = name.removesuffix("_pa"), 100 if relative else 1
+        stem, scale, unit = name.removesuffix("_pa"), *((100, " %") if relative else (1, ""))
         errors = table[f"{stem}_error"].dropna().abs() * scale
         held = table[f"{stem}_covered"].dropna().astype(bool)
         value, low, high, *_ = columns(name)
-        known = table[table[low].notna()]
+        known, efficiency = table[table[low].notna()], table.get(f"{stem}_efficiency")
         width = (known[high] - known[low]) / 2
         width = width / known[value] * 100 if relative else width
+        over_bound = "-" if efficiency is None else f"{(1 / efficiency).median():.2f}"
         # Estimates of one rig share its errors: what scatters are the rigs.
         rigs = max(table.loc[held.index, "rig"].nunique(), 1)
         rigs_held = binomtest(round(held.mean() * rigs) if len(held) else 0, rigs)
         interval = rigs_held.proportion_ci(method="wilson")
-        share, ends = 100 * held.mean(), f"{100 * interval.low:.0f} to {100 * interval.high:.0f}"
-        unit = " %" if relative else ""
-        rows.append(
-            {
-                "modulus": title,
-                "estimates": len(errors),
-                "median error": f"{errors.median():.3g}{unit}",
-                "90th percentile": f"{errors.quantile(0.9):.3g}{unit}",
-                "median half-width": f"{width.median():.3g}{unit}",
-                "over the Cramér-Rao bound": over_bound(table, stem),
-                "intervals that hold": f"{held.sum()} of {len(held)}",
-                "share": f"{share:.0f} % ({ends})",
-            }
-        )
+        ends = f"{100 * interval.low:.0f} to {100 * interval.high:.0f}"
+        row = {"modulus": title, "estimates": len(errors)}
+        row["median error"] = f"{errors.median():.3g}{unit}"
+        row["90th percentile"] = f"{errors.quantile(0.9):.3g}{unit}"
+        row["median half-width"] = f"{width.median():.3g}{unit}"
+        row["over the Cramér-Rao bound"] = over_bound
+        row["intervals that hold"] = f"{held.sum()} of {len(held)}"
+        rows.append(row | {"share": f"{100 * held.mean():.0f} % ({ends})"})
     return pd.DataFrame(rows)
-
-
-def over_bound(table: pd.DataFrame, stem: str) -> str:
-    """Ratio of the stated deviation to the Cramér-Rao bound, where there is one."""
-    if f"{stem}_efficiency" not in table:
-        return "-"
-    return f"{(1 / table[f'{stem}_efficiency']).median():.2f}"
 
 
 def shifts_of(table: pd.DataFrame, lab: Mapping) -> pd.DataFrame:
@@ -189,10 +164,8 @@ def main(folders: Sequence[Path]) -> None:
     if len(rejected):
         parts.append(rejected[["seed", "object", "sensor", "form", "rejected"]])
     text = f"{len(table)} estimates of {table['rig'].nunique()} rigs, {len(rejected)} rejected.\n\n"
-    text += (
-        "\n\n".join("\n".join(rows_of(list(p.columns), p.to_numpy(dtype=str))) for p in parts)
-        + "\n"
-    )
+    tables = ["\n".join(rows_of(list(p.columns), p.to_numpy(dtype=str))) for p in parts]
+    text += "\n\n".join(tables) + "\n"
     table.to_csv(folders[-1] / "validation.csv", index=False)
     (folders[-1] / "validation.md").write_text(text, encoding="utf-8")
     plot(table, folders[-1] / "validation.png")

@@ -7,7 +7,6 @@ each capture, and prints them together for each sensor.
 """
 
 import argparse
-import json
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +15,18 @@ from palpate.capture.tables import columns_of
 from palpate.estimate.direct.deviations import correlation_length
 from palpate.estimate.direct.motion import load_motion
 from palpate.estimate.direct.table import axes_across
+from palpate.json_fields import read_json
+from palpate.npz import read_npz
 from palpate.surface.alignment import load_alignment
+from palpate.surface.pose import to_object
 from palpate.units import FROM_MEDIAN
 from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP
 from scipy.interpolate import PchipInterpolator
 from validation.observations import Contact
 
+# Errors of the tip that a rig's captures share, and what goes with its mean and deviation.
+SHARED, SPREAD = ("tip_m", "across_1_m", "across_2_m"), ("tip_by_depth", "clock_error_s", "scale")
 DOWN = np.array([0.0, 0.0, -1.0])
 # Deeper than this the tip presses; farther above than this it is at rest [m].
 PRESSED_M, CLEAR_M = 0.0005, 0.0005
@@ -33,33 +37,30 @@ OUTLYING, MOVING = 5.0, 10.0
 def noise_of(results: Path, name: str, sensor: str, capture: str) -> dict:
     """Errors of a capture: of tip [m], clock [s], force [N], and displacements [m]."""
     folder = results / name / sensor / capture
-    with np.load(results / "lab" / name / sensor / capture / "truth.npz") as data:
-        truth = {key: data[key] for key in data.files if key not in ("surface_m", "mask")}
+    truth = read_npz(results / "lab" / name / sensor / capture / "truth.npz")
     path, motion = pd.read_csv(folder / "path.csv"), load_motion(folder / "motion.npz")
     pose = load_alignment(folder / "alignment.json").camera_from_object
     depth_m, real = truth["depth_m"], truth["camera_from_object"]
     pressed, rest = depth_m > PRESSED_M, depth_m < -CLEAR_M
     way = np.vstack([DOWN, axes_across(DOWN)])
     found, true = (
-        (of - at[:3, 3]) @ at[:3, :3] @ way.T
+        to_object(at, of) @ way.T
         for of, at in ((columns_of(path, TIP), pose), (truth["tip_m"], real))
     )
     off = (found - true)[pressed]
     row = {"object": name, "sensor": sensor, "capture": capture}
-    row |= dict(zip(("tip_m", "across_1_m", "across_2_m"), off.mean(axis=0), strict=True))
+    row |= dict(zip(SHARED, off.mean(axis=0), strict=True))
     # What goes evenly with the depth, and what is left from frame to frame.
     line = np.polynomial.Polynomial.fit(depth_m[pressed], off[:, 0], 1)
     left = off[:, 0] - line(depth_m[pressed])
     row["tip_by_depth"] = line.convert().coef[1]
     row["tip_over_stated"] = left.std(ddof=2) / np.nanmedian(path[ALONG_STD])
     row["tip_alike"] = float(left[1:] @ left[:-1] / (left @ left))
-    clock = json.loads((folder / "clock.json").read_text(encoding="utf-8"))
+    clock = read_json(folder / "clock.json")
     row["clock_error_s"] = clock["offset_s"] - float(truth["clock_offset_s"])
-    force_n = [
-        columns_of(path, FORCE) @ pose[:3, :3] @ DOWN,
-        truth["force_n"] @ real[:3, :3] @ DOWN,
-    ]
-    row["force_n"] = (force_n[0] - force_n[1])[rest].std()
+    forces_n = columns_of(path, FORCE), truth["force_n"]
+    found, true = (of @ at[:3, :3] @ DOWN for of, at in zip(forces_n, (pose, real), strict=True))
+    row["force_n"] = (found - true)[rest].std()
     contact = Contact.read(results / "lab" / name / f"contact-{capture.partition('-')[0]}.npz")
     moved_m = contact.motion(motion.cell_m, motion.normal)
     true_m = PchipInterpolator(contact.depth_m, np.nan_to_num(moved_m))(np.clip(depth_m, 0, None))
@@ -70,9 +71,7 @@ def noise_of(results: Path, name: str, sensor: str, capture: str) -> dict:
     row["outliers"] = (np.abs(scaled) > OUTLYING * row["surface_over_stated"]).mean()
     row["missing"] = 1 - np.isfinite(motion.moved_m[pressed]).mean()
     row["stated_m"] = np.median(motion.noise_std_m[seen])
-    row["alike_m"] = correlation_length(
-        motion.cell_m, np.where(pressed[:, None], gap, np.nan)[pressed]
-    )
+    row["alike_m"] = correlation_length(motion.cell_m, gap[pressed])
     # Only where the surface moves by much more than its noise.
     moves = np.abs(true_m[seen]).max() > MOVING * row["stated_m"]
     row["scale"] = (gap * true_m)[seen].sum() / (true_m[seen] ** 2).sum() if moves else np.nan
@@ -81,19 +80,16 @@ def noise_of(results: Path, name: str, sensor: str, capture: str) -> dict:
 
 def together(rows: pd.DataFrame) -> pd.DataFrame:
     """By sensor: deviations of what a rig's captures share and of each one's own, and medians."""
-    found = []
+    medians, found = list(rows.columns[rows.columns.get_loc("tip_over_stated") :]), []
     for sensor, part in rows.groupby("sensor"):
         row = {"sensor": sensor, "captures": len(part)}
-        for name in ("tip_m", "across_1_m", "across_2_m"):
+        for name in SHARED:
             of_rig = part.groupby("object")[name]
-            own = np.sqrt(of_rig.var().mean())
             row[f"rig_{name}"] = np.sqrt((of_rig.mean() ** 2).mean())
-            row[f"capture_{name}"] = own
-        for name in ("tip_by_depth", "clock_error_s", "scale"):
+            row[f"capture_{name}"] = np.sqrt(of_rig.var().mean())
+        for name in SPREAD:
             row |= {f"{name}_mean": part[name].mean(), f"{name}_std": part[name].std()}
-        for name in part.columns[part.columns.get_loc("tip_over_stated") :]:
-            if f"{name}_mean" not in row:
-                row[name] = part[name].median()
+        row |= part[[name for name in medians if name not in SPREAD]].median()
         found.append(row)
     return pd.DataFrame(found).set_index("sensor").T
 
