@@ -1,5 +1,8 @@
 """Results against a known truth: moduli, Hertz models, stages, sensors and the lab's fidelity."""
 
+import json
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -8,7 +11,7 @@ from palpate.modulus import LABELS, Modulus
 from palpate.report import tables
 from palpate.report.estimate_rows import row, summary
 from validation import captures, fidelity, hertz
-from validation.estimates import accuracy_table, coverage_table
+from validation.estimates import accuracy_table, coverage_table, make_accuracy
 from validation.measured import relaxed_part, truth_of
 from validation.sensors import workspace_rows
 
@@ -67,6 +70,16 @@ def test_errors_and_coverage():
     assert short.loc[("all", "all", "direct_joint"), "poisson_ratio_coverage"] == 1.0
     assert short.loc[("foam", "kinect", "direct"), "poisson_ratio_identified"] == 1.0
     assert pd.isna(short.loc[("foam", "kinect", "hertz"), "poisson_ratio_median_error"])
+
+
+def test_an_interval_without_an_upper_end(tmp_path):
+    star = {"reduced_modulus_pa": Modulus(21000.0, 20000.0, None, "bounded", "Pa")}
+    files = tmp_path / "foam" / "material.json", tmp_path / "summary.csv"
+    files[0].parent.mkdir()
+    files[0].write_text(json.dumps(MATERIAL))
+    summary([row(CAPTURE, "direct", star)]).to_csv(files[1], index=False)
+    made = make_accuracy(SimpleNamespace(materials=[str(files[0])], summary=str(files[1])), None)
+    assert "21.0 (20.0 or more) ✓" in made["md"] and made["csv"]["reduced_modulus_covered"].all()
 
 
 def model(indenter, contact, modulus, half_width):

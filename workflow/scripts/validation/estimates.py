@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from palpate.json_fields import read_by_folder
 from palpate.markdown import rows_of
@@ -71,7 +72,7 @@ def accuracy_table(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> pd.D
         value, low, high = (pd.to_numeric(rows[column]) for column in columns(name)[:3])
         stem, true = name.removesuffix("_pa"), truths[name]
         scale = true if name.endswith("_pa") else 1.0
-        covered = true.between(low, high).astype("boolean")
+        covered = true.between(low, high.fillna(np.inf)).astype("boolean")
         table[f"true_{name}"] = true
         table[f"{stem}_error"] = value / scale - true / scale
         table[f"{stem}_covered"] = covered.mask(low.isna() | true.isna())
@@ -127,9 +128,10 @@ def _cell(row: Mapping, quantity: str, truth: Mapping[str, float]) -> str:
     text = _number(one.value, quantity)
     if one.low is None:
         return text
-    low, high = (_number(end, quantity) for end in (one.low, one.high))
-    mark = "" if pd.isna(true) else " ✓" if one.low <= true <= one.high else " ✗"
-    return f"{text} ({low} to {high}){mark}"
+    low, high = _number(one.low, quantity), _number(one.high, quantity)
+    holds = one.low <= true and (one.high is None or true <= one.high)
+    mark = "" if pd.isna(true) else " ✓" if holds else " ✗"
+    return f"{text} ({low} {f'to {high}' if high else 'or more'}){mark}"
 
 
 def _number(value: float | None, quantity: str) -> str:

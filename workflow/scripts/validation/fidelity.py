@@ -34,6 +34,7 @@ KHOSHELHAM = "Khoshelham and Elberink 2012"
 COLUMNS = ["quantity", "sensor", "at", "value", "reference_value", "unit", "source", "provenance"]
 COLOURS = {"bumblebee": style.BLUE, "kinect": style.ORANGE}
 OTHER_COLOUR = style.BLUE
+STEREO = "stereo"
 
 
 def make_plane_noise(inputs: Any, params: Any) -> dict:
@@ -69,7 +70,7 @@ def make_lab_fidelity(inputs: Any, params: Any) -> dict:
     figure, axes = plt.subplots(2, 2, figsize=(style.PAGE_IN, 5.2))
     for name, table in planes.items():
         sensor = params.sensors[name]
-        _planes_panel(axes[0, int(_is_stereo(sensor))], table, sensor)
+        _planes_panel(axes[0, int(sensor["kind"] == STEREO)], table, sensor)
     _scatter_panel(axes[1, 0], scatters, study)
     _hold_panel(axes[1, 1], holds)
     for letter, panel in zip("abcd", axes.ravel(), strict=True):
@@ -139,7 +140,7 @@ def plane_rows(planes: pd.DataFrame, sensor: Mapping) -> list[dict]:
     for plane in planes.itertuples():
         z = plane.depth_m
         of = sensor["sensor"], f"{z:.2f} m"
-        if _is_stereo(sensor):
+        if sensor["kind"] == STEREO:
             std = disparity_std_px(planes, sensor)
             expected = stereo_noise_m(z, sensor, disparity_std_px=std) * MILLIMETRES
             known = {"z^2 sigma_d / (f b), sigma_d fitted": expected}
@@ -150,7 +151,7 @@ def plane_rows(planes: pd.DataFrame, sensor: Mapping) -> list[dict]:
                 known["real planes, 1.45 to 1.83 mm at 0.6 to 1.5 m"] = np.mean(REAL_PLANES_MM)
         residual = "plane_residual", *of, plane.residual_m * MILLIMETRES
         rows += [_row(*residual, value, "mm", source) for source, value in known.items()]
-        if not _is_stereo(sensor):
+        if sensor["kind"] != STEREO:
             steps = plane.step_m * MILLIMETRES, 2 * khoshelham_noise_m(z) * MILLIMETRES
             rows.append(_row("depth_step", *of, *steps, "mm", KHOSHELHAM))
     return rows
@@ -189,10 +190,6 @@ def _depth_step(images: Mapping, sensor: Mapping) -> float:
     return float(np.median(np.diff(levels[counts > 0.02 * counts.max()])))
 
 
-def _is_stereo(sensor: Mapping) -> bool:
-    return sensor["kind"] == "stereo"
-
-
 def _tables(names: Sequence[str], paths: Sequence[str]) -> dict[str, pd.DataFrame]:
     return {name: pd.read_csv(path) for name, path in zip(names, paths, strict=True)}
 
@@ -205,7 +202,7 @@ def _row(*cells: object) -> dict:
 def _planes_panel(axes: Axes, planes: pd.DataFrame, sensor: Mapping) -> None:
     """Residuals over the distance beside a stereo pair's model, or what is published of Kinects."""
     name, farthest, black = sensor["sensor"], planes["depth_m"].max() * 1.05, style.BLACK
-    if _is_stereo(sensor):
+    if sensor["kind"] == STEREO:
         z, std = np.linspace(0.45, farthest, 100), disparity_std_px(planes, sensor)
         model = stereo_noise_m(z, sensor, disparity_std_px=std) * MILLIMETRES
         axes.plot(z, model, color=black, label=rf"$z^2\sigma_d/(f b)$, $\sigma_d$ = {std:.3f} px")
@@ -243,11 +240,8 @@ def _scatter_panel(axes: Axes, scatters: Mapping, study: pd.DataFrame) -> None:
 
 def _hold_panel(axes: Axes, holds: Mapping[str, pd.DataFrame]) -> None:
     for name, table in sorted(holds.items()):
-        look = {
-            "color": COLOURS.get(name, OTHER_COLOUR),
-            "label": f"{style.sensor_name(name)}, lab",
-        }
-        axes.plot(table["time_s"], table["force_n"], **look)
+        colour, label = COLOURS.get(name, OTHER_COLOUR), f"{style.sensor_name(name)}, lab"
+        axes.plot(table["time_s"], table["force_n"], color=colour, label=label)
     axes.set(xlabel="Time (s)", ylabel="Force, pressed and held (N)")
     axes.set_ylim(bottom=0)
     axes.legend(loc="lower right")

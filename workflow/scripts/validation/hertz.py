@@ -45,22 +45,11 @@ def make_hertz_accuracy(inputs: Any, params: Any) -> dict:
 def accuracy_table(
     captures: Sequence[Mapping], fits: Sequence[Mapping], materials: Mapping[str, Mapping]
 ) -> pd.DataFrame:
-    """Every model of every capture against the true reduced modulus.
+    """Every model of every capture (hertz.json) against the true reduced modulus (material.json).
 
-    Parameters
-    ----------
-    captures : sequence of mapping
-    fits : sequence of mapping
-        hertz.json of each capture.
-    materials : mapping
-        material.json by object.
-
-    Returns
-    -------
-    DataFrame
-        One row per capture and model; ``ratio`` of found and true instantaneous E*, whether the
-        interval ``covers`` the truth, the same some time after a step (``later``) for models that
-        allow for relaxation, and which model is the ``recommended`` one.
+    One row per capture and model; ``ratio`` of found and true instantaneous E*, whether the
+    interval ``covers`` the truth, the same some time after a step (``later``) for models that allow
+    for relaxation, and which model is the ``recommended`` one.
     """
     rows = []
     for capture, fit in zip(captures, fits, strict=True):

@@ -52,22 +52,10 @@ def make_indentation_accuracy(inputs: Any, params: Any) -> dict:
 def displacement_ratios(
     table: IndentationModel, lab: Mapping[str, NDArray], law: int, nu: float, depth_m: float
 ) -> dict[str, float]:
-    """Surface displacement of a table over the lab's at a depth, by distance from the contact.
+    """Surface displacement of a table over the lab's at a depth [m], column by column.
 
-    Parameters
-    ----------
-    table : IndentationModel
-    lab : mapping
-        Arrays of the lab's contact solution of the same point.
-    law : int
-        Place of the law among the table's.
-    nu, depth_m : float
-        True Poisson's ratio, and depth at which both are compared [m].
-
-    Returns
-    -------
-    dict of str to float
-        Column by column; rings without surface are left out.
+    Of the lab's contact solution of the same point, the law's place among the table's, and the true
+    Poisson's ratio; by distance from the contact, rings without surface are left out.
     """
     moves = PchipInterpolator(table.depth_m, table.surface_displacement_m[law], axis=1)(depth_m)
     ours = np.tensordot(ratio_weights(table.poisson_ratios, nu)[0], moves, axes=1)

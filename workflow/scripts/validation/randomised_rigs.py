@@ -2,22 +2,18 @@
 
     python -m validation.randomised_rigs validation/1 [validation/2 ...]
 
-Prints the summary of all of them; writes ``validation.csv``, ``validation.md`` and
-``validation.png`` into the last one's folder. Only this package reads the lab's truth. A rejected
-capture is a row with the reason.
+Prints the summary of all of them; writes ``validation.csv`` and ``validation.md`` into the last
+one's folder. Only this package reads the lab's truth. A rejected capture is a row with the reason.
 """
 
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import matplotlib.pyplot as plt
-import numpy as np
 import pandas as pd
 from palpate.json_fields import read_fields
 from palpate.markdown import rows_of
 from palpate.modulus import LABELS, columns
-from palpate.report import style
 from palpate.report.estimate_rows import direct_rows
 from palpate.yaml_files import load_yaml
 from scipy.stats import binomtest
@@ -30,8 +26,6 @@ MODULI = {
     "youngs_modulus_pa": ("E", True),
     "poisson_ratio": ("nu", False),
 }
-SHOWN = ("effective_reduced_modulus_pa", "youngs_modulus_pa", "poisson_ratio")
-MARKS = {"bumblebee": (style.BLUE, "o"), "kinect": (style.GREEN, "s")}
 
 
 def estimates_of(folder: Path) -> pd.DataFrame:
@@ -120,42 +114,8 @@ def shifts_of(table: pd.DataFrame, lab: Mapping) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def plot(table: pd.DataFrame, path: Path) -> None:
-    """Plot every estimate's error and interval, those that miss the truth in orange."""
-    with style.journal():
-        figure, axes = plt.subplots(3, 1, figsize=(style.PAGE_IN, 6.4), sharex=True)
-        shown = table.sort_values(["true_poisson_ratio", "sensor"]).reset_index(drop=True)
-        for axis, name in zip(axes, SHOWN, strict=True):
-            title, relative = MODULI[name]
-            value, low, high, *_ = columns(name)
-            true = shown[f"true_{name}"]
-            found = shown[[value, low, high]].astype(float)
-            parts = found.div(true, axis=0) if relative else found.sub(true, axis=0)
-            missed = ~shown[f"{name.removesuffix('_pa')}_covered"].fillna(True).astype(bool)
-            of_kinect = shown["sensor"].str.contains("kinect|color_from")
-            for sensor, (colour, mark) in MARKS.items():
-                for miss in (False, True):
-                    rows = parts[(of_kinect == (sensor == "kinect")) & (missed == miss)]
-                    ends = np.abs([rows[value] - rows[low], rows[high] - rows[value]])
-                    look = {"color": style.ORANGE if miss else colour, "fmt": mark, "ms": 3}
-                    label = None if miss else style.SENSOR_NAMES[sensor]
-                    axis.errorbar(rows.index, rows[value], ends, lw=0.8, label=label, **look)
-            axis.axhline(1 if relative else 0, color=style.GREY, lw=0.8)
-            axis.set_ylabel(f"{title} / true" if relative else f"{title} - true")
-            if relative:
-                axis.set_yscale("log")
-                axis.set_ylim(0.4, 2.5)
-                axis.set_yticks([0.5, 0.7, 1, 1.4, 2], ["0.5", "0.7", "1", "1.4", "2"])
-                axis.minorticks_off()
-        axes[0].legend(ncols=2, loc="upper left")
-        axes[-1].set_xlabel("estimates, by true Poisson's ratio; orange: the interval misses it")
-        style.label_provenance(figure, {"simulated"})
-        figure.savefig(path)
-        plt.close(figure)
-
-
 def main(folders: Sequence[Path]) -> None:
-    """Print and write the tables and the figure."""
+    """Print and write the tables."""
     table = pd.concat([estimates_of(folder) for folder in folders], ignore_index=True)
     rejected = table[table["youngs_modulus_pa"].isna()]
     parts = [summary_of(table)] if len(rejected) < len(table) else []
@@ -168,7 +128,6 @@ def main(folders: Sequence[Path]) -> None:
     text += "\n\n".join(tables) + "\n"
     table.to_csv(folders[-1] / "validation.csv", index=False)
     (folders[-1] / "validation.md").write_text(text, encoding="utf-8")
-    plot(table, folders[-1] / "validation.png")
     sys.stdout.write(text)
 
 
@@ -179,3 +138,5 @@ if __name__ == "__main__":
         main([Path(name) for name in sys.argv[1:]])
     except ValueError as error:
         sys.exit(f"error: {error}")
+    except KeyError as error:
+        sys.exit(f"error: direct.json: expected {error}, found none (run again with this version)")

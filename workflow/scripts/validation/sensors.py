@@ -59,16 +59,10 @@ def _workspace(folder: Path, truth: Mapping, sensor: Mapping) -> list[dict]:
 
 
 def workspace_rows(table: pd.DataFrame, tips_m: NDArray, *, target_mm: float) -> list[dict]:
-    """Error of the tip over the workspace, as the study finds it and refined.
+    """Error of the tip over the workspace (workspace.csv), as the study finds it and refined.
 
-    Parameters
-    ----------
-    table : DataFrame
-        workspace.csv.
-    tips_m : (points, 3) array
-        True tip on each point, camera frame [m].
-    target_mm : float
-        Largest root mean square that the project allows itself [mm].
+    True tips (points, 3) are in the camera's frame [m]; the target is the largest root mean square
+    that the project allows itself [mm].
     """
     refined, rows = table[table["method"] == REFINED], []
     parts = ("study", at_selected_threshold(table), None), ("refined", refined, target_mm)
