@@ -4,7 +4,7 @@
 
 of a folder of objects, the results of a run, and the folder of the sensors' files; writes
 ``plan_forecasts.csv`` into the results. Camera, noise at rest, depth and frame rate are those of
-the first capture, E and nu the lab's.
+the first capture, E and nu the lab's. What a plan rejects has no forecast.
 """
 
 import sys
@@ -46,7 +46,10 @@ def forecasts(raw: Path, results: Path, sensors: Path) -> pd.DataFrame:
         guess = truth["youngs_modulus_pa"], truth["poisson_ratio"]
         known = rig(raw / name, results / name, point, sensors, sensor)
         planned, protocol = as_recorded(*known, **files, found=found, guess=guess)
-        forecast = planned.forecast(protocol).half_width
+        try:
+            forecast = planned.forecast(protocol).half_width
+        except ValueError:  # As of forces that stay within their noise: the plan rejects it.
+            forecast = dict.fromkeys((*COMPARED, NU), float("nan"))
         row = {"object": name, "sensor": sensor, "captures": count}
         row |= {"capture": capture if path.parent.name == capture else "all"}
         for modulus in COMPARED:
