@@ -11,7 +11,7 @@ from palpate.estimate.direct.indentation import (
     DirectIndentation,
     Linearised,
     Parameters,
-    depth_noise,
+    depth_by_force,
     linearised,
     residuals,
 )
@@ -122,8 +122,9 @@ def with_depth_errors(
     the residuals are most likely with, the unknowns integrated over, and at least as large as
     stated; else as stated.
     """
-    noise = depth_noise(indentation, of)
-    way, time = indentation.depth_m, indentation.time_s[indentation.frames]
+    # At the depths that the force gives: measured ones have the noise that this is to be told from.
+    way, noise = depth_by_force(indentation, of)
+    time = indentation.time_s[indentation.frames]
     apart = np.subtract.outer(way, way) / ALIKE_M, np.subtract.outer(time, time) / ALIKE_S
     alike = options.depth_pattern_std_m**2 * np.exp(-(apart[0] ** 2) / 2 - np.abs(apart[1]))
     by_noise, by_pattern = 1.0, 1.0
@@ -146,9 +147,8 @@ def _likeliest(gap: NDArray, spread: NDArray, alike: NDArray) -> tuple[float, fl
     inner = np.eye(spread.shape[1]) + np.tensordot(1 / variance, outer, axes=1)
     right = (gap / variance) @ spread
     taken = (right * np.linalg.solve(inner, right[..., None])[..., 0]).sum(axis=-1)
-    costs = (gap**2 / variance + np.log(variance)).sum(axis=-1) - taken
-    costs += np.linalg.slogdet(inner)[1]
-    best = np.unravel_index(int(np.argmin(costs)), costs.shape)
+    costs = (gap**2 / variance + np.log(variance)).sum(axis=-1) + np.linalg.slogdet(inner)[1]
+    best = np.unravel_index(int(np.argmin(costs - taken)), costs.shape)
     return float(NOISES[best[0]]), float(PATTERNS[best[1]])
 
 

@@ -334,11 +334,11 @@ def linearised(indentation: DirectIndentation, of: Parameters) -> Linearised:
     return Linearised(gaps.depth, gaps.motion, by_depth, np.stack(columns).T)
 
 
-def depth_noise(indentation: DirectIndentation, of: Parameters) -> NDArray:
-    """Deviations of the depths from frame to frame, (k,) [m]: of the tip, and of the force."""
-    softness = _predicted(indentation, of).depth.by_unit_per_m
-    of_force = indentation.force_std_n / of.youngs_modulus_pa * softness
-    return np.hypot(indentation.tip_std_m, of_force)
+def depth_by_force(indentation: DirectIndentation, of: Parameters) -> tuple[NDArray, NDArray]:
+    """Depths that the force gives, and how far tip and force let them scatter, (k,) [m]."""
+    depth = _predicted(indentation, of).depth
+    of_force = indentation.force_std_n / of.youngs_modulus_pa * depth.by_unit_per_m
+    return depth.depth_m, np.hypot(indentation.tip_std_m, of_force)
 
 
 def _support_motion(indentation: DirectIndentation, of: Parameters) -> NDArray:
