@@ -119,8 +119,8 @@ def _curves(folder: Path, spec: Mapping, probe: Mapping | None) -> Findings:
     for path in sorted(others):
         if path.stem.partition("-")[0] in spec["points"]:
             warnings.append(f"{path}: not used: a curve's name ends with {CURVE_END}")
-    told = tuple(f"curve {path.stem}: {one.read}" for path, one in curves.items())
-    return Findings(warnings=tuple(warnings), found=told)
+    found = tuple(f"curve {path.stem}: {one.read}" for path, one in curves.items())
+    return Findings(warnings=tuple(warnings), found=found)
 
 
 def _sensor(
@@ -173,13 +173,13 @@ def _place(capture: Capture, found: Alignment) -> Findings:
     declared_m = capture.declared_point["position_m"]
     away_mm = MILLIMETRES * float(np.linalg.norm(found.contact_point_m - declared_m))
     off = f"the first cloud is {MILLIMETRES * found.rms_m:.1f} mm off the template (rms)"
-    told = (off, f"the probe touches {away_mm:.1f} mm from the declared point")
+    lines = off, f"the probe touches {away_mm:.1f} mm from the declared point"
     if away_mm <= FAR_MM:
-        return Findings(found=told)
+        return Findings(found=lines)
     expected = f"expected within {FAR_MM:g} mm of points.{capture.point}"
     why = "force_from_tip, marker_from_force, the point?"
     line = f"{capture.folder}: contact: {expected}, found {away_mm:.1f} mm away ({why})"
-    return Findings(warnings=(line,), found=told)
+    return Findings(warnings=(line,), found=lines)
 
 
 def _press(capture: Capture, press: Press, config: Config) -> Findings:

@@ -129,13 +129,10 @@ def indentation_model(
     if support.is_broad(mesh.nodes_m, mesh.surface_faces(), setup.touch_m):
         laws = (*laws, laws[0] + SLIDING)
     steps_of: dict[tuple[str, int], list[State]] = {}
-    presses = [
-        (law, number)
-        for law in laws
-        for number in solved_ratios(law == laws[0], len(poisson_ratios))
-    ]
+    count = len(poisson_ratios)
+    cases = [(law, number) for law in laws for number in solved_ratios(law == laws[0], count)]
     look = {"unit": "indentation", "disable": None, "leave": False}
-    for law, number in tqdm(presses, "indentation table", **look):
+    for law, number in tqdm(cases, "indentation table", **look):
         near = [steps_of.get((law, n)) for n in (number - 1, number - 2)]
         # Another law's load steps start from those of the first.
         if law != laws[0]:

@@ -67,8 +67,7 @@ class DirectEstimate:
         """All that direct.json says of it."""
         best, first = self.solution, self.solution.parameters[0]
         # Least deviations of log moduli and nu, and their parts of those that are stated.
-        parts = self.bound / self.budget.std
-        bound = zip(NAMES, self.bound.tolist(), parts.tolist(), strict=True)
+        bound = zip(NAMES, self.bound, self.bound / self.budget.std, strict=True)
         times_s, fractions = self.options.relaxation_times_s, first.fractions.tolist()
         return {
             "frames": [len(one.frames_pictured[1]) for one in best.indentations],
@@ -172,8 +171,9 @@ def _within_tables(indentations: Sequence[DirectIndentation], options: Fit) -> F
 
 def _start(indentation: DirectIndentation, nu: float, options: Fit) -> Parameters:
     unit = indentation.table.force(np.maximum(indentation.depth_m, 0), nu, 0.0)
-    force = indentation.force_n[indentation.frames]
-    E = max(float((force @ unit) / max(float(unit @ unit), 1e-300)), 1.0)
+    E = max(indentation.force_n[indentation.frames] @ unit / max(unit @ unit, 1e-300), 1.0)
     times_s = np.array(options.relaxation_times_s, dtype=float)
-    shared, own, shares = *map(np.zeros, (unknown.SHARED - 2, unknown.OWN)), 0.02 + 0 * times_s
-    return Parameters(np.r_[np.log(E), nu, shared, shares, own], times_s)
+    vector = np.zeros(unknown.SHARED + len(times_s) + unknown.OWN)
+    vector[[unknown.LOG_E, unknown.NU]] = np.log(E), nu
+    vector[unknown.SHARED : -unknown.OWN] = 0.02  # of the relaxation's amplitudes
+    return Parameters(vector, times_s)

@@ -40,13 +40,13 @@ def warnings_of(best: Solution) -> Iterator[str]:
     (low, high), given = options.youngs_modulus_bounds_pa, options.poisson_ratio
     apart = 0.0 if given is None else abs(nu - given) / options.poisson_ratio_std
     pulled = f"the captures pull nu to {nu:.3f}, {apart:.1f} deviations from the one given"
-    told = [
+    lines = [
         (not best.converged, "the fit did not converge"),
         (at_end(best), f"E lies at an end of its range, {low:g} to {high:g} Pa"),
         (apart > FAR_DEVIATIONS, pulled),
         *_of_captures(best),
     ]
-    yield from (line for holds, line in told if holds)
+    yield from (line for holds, line in lines if holds)
     yield from contradictions(best)
 
 
@@ -174,7 +174,7 @@ def _apart(one: Estimated, other: Estimated) -> Iterator[str]:
             continue
         high = min(inf if each.high is None else each.high for each in pair)
         if max(each.low for each in pair) > high:
-            told = zip((one, other), pair, strict=True)
-            of_each = " and ".join(f"of {each.whose}, {modulus.text()}," for each, modulus in told)
+            both = zip((one, other), pair, strict=True)
+            of_each = " and ".join(f"of {each.whose}, {modulus.text()}," for each, modulus in both)
             yield f"{label} {of_each} exclude each other"
             return
