@@ -139,7 +139,9 @@ def test_fast_poses_agree_with_the_frames_and_are_sharper():
         assert np.isfinite(alone.moved_m).all()
         (_, off, std), (_, off_alone, std_alone) = found([fast]), found([alone])
         assert (np.abs(off - off_alone) < 2 * std_alone).all()
-        assert (std < std_alone).all() and (std > 0.3 * std_alone).all()
+        # Nu is the displacements', which are those of the frames in both.
+        assert std[0] < std_alone[0] and std[1] == pytest.approx(std_alone[1], rel=0.05)
+        assert (std > 0.3 * std_alone).all()
 
 
 @pytest.mark.parametrize("stated", [True, False])
