@@ -29,12 +29,12 @@ from palpate.estimate.direct.indentation import (
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.prior import FARTHEST_LAW, Prior, prior_of, scaled_inverse
 
-ITERATIONS = 40
-ROUNDS = 3
-# Steps of log E, nu, q and m are held to these; below the last numbers they have converged.
+ITERATIONS, ROUNDS = 40, 3
+# Steps of log E, nu, q and m are held to these.
 LARGEST_STEP = np.array([0.5, 0.1, 0.5, 0.5])
-SMALLEST_STEP = np.array([1e-5, 1e-5, 1e-4, 1e-4])
-ROUNDED = 100.0
+# A search ends with a step that lowers the cost by no more: of starts, which are compared, and of
+# what they lead to (0.003 deviations). It has converged if it is by less than the last.
+LEAST_OF_STARTS, LEAST, CONVERGED = 0.1, 1e-5, 1e-2
 
 
 class Part(NamedTuple):
@@ -147,26 +147,26 @@ class _Joint:
             found.append(with_depth_errors(seen, p, self.options, likeliest=not first))
         return _Joint(tuple(found), self.options)
 
-    def minimise(self, vector: NDArray, scales: Sequence[Scales]) -> tuple[NDArray, bool]:
+    def minimise(
+        self, vector: NDArray, scales: Sequence[Scales], least: float = LEAST
+    ) -> tuple[NDArray, bool]:
         """Unknowns of least cost, and whether they converged: no step lowers it further."""
         for _ in range(ITERATIONS):
-            step = self.step(vector, scales)
+            step, gain = self.step(vector, scales)
             before, vector = vector, self.moved(vector, step, scales)
-            over = float((np.abs(step[: len(SMALLEST_STEP)]) / SMALLEST_STEP).max())
-            if vector is before or over < 1:
+            if vector is before or gain < least:
                 break
-        # Rounding ends a search a little earlier, or lets it go to and fro.
-        return vector, over < ROUNDED
+        return vector, gain < CONVERGED
 
-    def step(self, vector: NDArray, scales: Sequence[Scales]) -> NDArray:
-        """Gauss and Newton's, within bounds."""
+    def step(self, vector: NDArray, scales: Sequence[Scales]) -> tuple[NDArray, float]:
+        """Gauss and Newton's, within bounds, and by how much it is to lower the cost."""
         matrix, slope = self.summed(self.blocks_at(vector, scales))
         slope += self.prior.rows.T @ self.prior.gaps(vector)
         low, high = (end - vector for end in self.bounds)
         held = slice(len(LARGEST_STEP))
-        low[held] = np.maximum(low[held], -LARGEST_STEP)
-        high[held] = np.minimum(high[held], LARGEST_STEP)
-        return _bounded_solution(matrix, -slope, low, high)
+        low[held], high[held] = np.clip((low[held], high[held]), -LARGEST_STEP, LARGEST_STEP)
+        step = _bounded_solution(matrix, -slope, low, high)
+        return step, float(-(2 * slope + matrix @ step) @ step)
 
     def moved(self, vector: NDArray, step: NDArray, scales: Sequence[Scales]) -> NDArray:
         """Take the step, halved until it does not raise the cost."""
@@ -225,7 +225,7 @@ def fit_direct(
         shared, own = np.split(start.vector, [-OWN])
         vectors.append(np.clip([*shared, *np.tile(own, len(indentations))], *joint.bounds))
     joint = joint.with_deviations(vectors[0], first=True)
-    found = [joint.minimise(vector, scales)[0] for vector in vectors]
+    found = [joint.minimise(vector, scales, LEAST_OF_STARTS)[0] for vector in vectors]
     vector = min(found, key=lambda vector: joint.cost_at(vector, scales))
     for _ in range(ROUNDS):
         joint = joint.with_deviations(vector)
