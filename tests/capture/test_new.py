@@ -189,6 +189,10 @@ def test_a_recording_that_a_run_will_miss(cow, lab, capsys):
     assert f"bench_probe.yaml: tip: {expected}, found one of stick" in capsys.readouterr().out
     (lab / "config/config.yaml").write_text("experiments: {probe: bench_probe}\n")
     assert main(["check", "raw/toy_cow"]) == 0
+    shutil.rmtree(cow / "bench_cam")
+    capsys.readouterr()
+    assert main(["check", "raw/toy_cow"]) == 0
+    assert "nothing wrong, and no capture yet" in capsys.readouterr().out
 
 
 @pytest.mark.long

@@ -200,7 +200,7 @@ def _press(capture: Capture, press: Press, config: Config) -> Findings:
     offset_ms, std_ms = 1e3 * press.clock.offset_s, 1e3 * press.clock.std_s
     clock = f"its clock is {offset_ms:+.0f} +- {std_ms:.0f} ms off the camera's"
     if not press.clock.determined:
-        clock += ", as the sensor's file assumes; the indentation does not determine it"
+        clock += ", by the sensor's file: right if both clocks agree to within that"
     return found + Findings(found=(*told_of(capture.folder, known.columns), clock))
 
 

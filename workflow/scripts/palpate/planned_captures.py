@@ -85,8 +85,7 @@ class Noise:
         Stereo heads and structured light know depths to a part of a pixel of disparity: z^2/(f b).
         """
         optics = sensor.get("depth") or sensor.get("color") or {}
-        baseline_m = (sensor.get("stereo") or optics).get("baseline_m", BASELINE_M)
-        scale_px_m = optics.get("fx_px", FOCAL_PX) * baseline_m
+        scale_px_m = optics.get("fx_px", FOCAL_PX) * (baseline_of(sensor) or BASELINE_M)
         tip_m = said_of_base(sensor, "pose_std_m")
         if by_target(sensor, probe):
             tip_m = _tip_std(sensor["color"], probe, distance_m)
@@ -338,6 +337,11 @@ class PlannedCaptures:
         least = np.cos(np.deg2rad(self.observation.largest_view_deg))
         along = (sight * samples.normal).sum(axis=1)
         return clear & (along > least * np.linalg.norm(sight, axis=1))
+
+
+def baseline_of(sensor: Mapping) -> float | None:
+    """Between the eyes of a depth camera, or from its projector [m], where its file says it."""
+    return (sensor.get("stereo") or sensor.get("depth") or {}).get("baseline_m")
 
 
 def by_target(sensor: Mapping, probe: Mapping) -> bool:

@@ -26,7 +26,10 @@ def _check(options: argparse.Namespace) -> int:
         return 1
     status, used, wrong = 0, set(), {}
     for folder in objects:
-        spec, sensors = _object_file(folder), [one.folder.name for one in sensor_folders(folder)]
+        spec, sensors = {}, [one.folder.name for one in sensor_folders(folder)]
+        with suppress(ValueError):
+            spec = load_yaml(folder / "object.yaml")
+        spec = spec if isinstance(spec, Mapping) else {}
         try:
             devices = _devices(folder, spec, sensors, options)
         except ValueError as error:
@@ -44,14 +47,6 @@ def _check(options: argparse.Namespace) -> int:
         first, more = wrong[path][0], len(wrong[path]) - 1
         print(f"worth a look: {first}{f', and {more} more' * bool(more)} (not used here)")
     return status
-
-
-def _object_file(folder: Path) -> Mapping:
-    """What object.yaml says; nothing where it is none."""
-    with suppress(ValueError):
-        if isinstance(spec := load_yaml(folder / "object.yaml"), Mapping):
-            return spec
-    return {}
 
 
 def _devices(
@@ -74,27 +69,22 @@ def _devices(
 
 
 def _checked(
-    folder: Path,
-    spec: Mapping,
-    sensors: list[str],
-    devices: Mapping[str, Devices],
-    lines: list[str],
+    folder: Path, spec: Mapping, sensors: list[str], devices: Mapping, lines: list[str]
 ) -> int:
     """Say what an object's folder holds; 1 when anything is wrong with it or its devices' files."""
     from palpate.capture.findings import Findings
     from palpate.examine import examine_object
 
-    project = Project.near(folder)
-    config = project.config(None)
-    probe = devices["probes"].specs.get(spec.get("probe"))
-    if probe is not None:
-        lines += _missing_recordings(project, folder, sensors, probe, devices["probes"].folder)
-    specs = (devices[name].specs for name in PLACES)
+    project, places = Project.near(folder), {name: devices[name].folder for name in PLACES}
+    specs, config = [devices[name].specs for name in PLACES], project.config(None)
+    if (probe := devices["probes"].specs.get(spec.get("probe"))) is not None:
+        lines += _missing_recordings(project, folder, sensors, probe, places["probes"])
     findings = Findings(tuple(lines))
     with stage(f"{folder}: template, images, forces"):
         findings += examine_object(folder, *specs, config, project.optics, project.calibrations)
-    lines = list(findings.wrong) or [f"{folder}: nothing wrong"]
-    places = {name: devices[name].folder for name in PLACES}
+    there = any(place.captures for place in sensor_folders(folder)) or "curves" in spec
+    so_far = "" if there else f", and no capture yet: expected in {folder}/<sensor>/<point>"
+    lines = list(findings.wrong) or [f"{folder}: nothing wrong{so_far}"]
     if places != PLACES:
         lines.append(f"  sensors and probes: of {places['sensors']} and {places['probes']}")
     lines += [f"  {line}" for line in findings.found]

@@ -34,6 +34,7 @@ project's folder above, and a table that is made now is kept where a run keeps i
 EXAMPLE = "palpate direct raw/sponge --fast"
 # Of --fast: what its table may be off by.
 FAST_STD = {"log_youngs_modulus": 0.05, "nu": 0.03}
+LAWS = {"force": "q of the force", "motion": "m of the displacement"}
 FAST_NOTE = "coarse indentation table (--fast): 5 % of E and 0.03 of nu are allowed for it"
 
 
@@ -219,12 +220,12 @@ def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> 
     for name, interval in found.moduli.items():
         yield f"  {name.removesuffix('_pa')}: {interval}"
     at, largest = 1e3 * found.quantities.depth_m, found.budget.sources[0].name
-    yield f"  95 % intervals; largest source of effective E*'s: {largest}"
+    yield f"  95 % intervals; what widens that of effective E* most: {largest}"
     where = f"{at:.1f} mm deep and after 1 s"
     yield f"  to compare objects: effective E*, {where}; to compute with: E and nu"
     for which, law in described_law(found.solution, found.quantities)["law"].items():
         text = f"{law['value']:+.2f} +- {law['std']:.2f}"
-        yield f"  law of the {which}: {text} (0: neo-Hooke's, 1: Blatz and Ko's)"
+        yield f"  material law, {LAWS[which]}: {text} (0: neo-Hooke's, 1: Blatz and Ko's)"
     if options.fast:
         yield f"  {FAST_NOTE}"
     yield from (f"  warning: {line}" for line in found.warnings)

@@ -110,7 +110,7 @@ def _written(path: Path, kind: str, known: Mapping) -> str:
         return f"{path}: there already, and used as it is"
     blank = _blank(kind, known)
     head = f"Put your values in place of each {FILL_IN}; `palpate check` says what is left."
-    head += " Fields behind a # may be left out."
+    head += " What is behind a # may be left out; to use it, remove one # of each line."
     write_text(path, "\n".join([*_comment(head), "", *_lines(kind, (), blank, set()), ""]))
     return f"{path}: written, {len(blank_fields(blank))} fields to fill in"
 

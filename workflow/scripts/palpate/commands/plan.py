@@ -87,6 +87,7 @@ def _planned(options: argparse.Namespace) -> "Planned":
     """What files say of object, sensor and probe, with the table of the point."""
     from palpate.commands.tables import TablePoint
     from palpate.plan import Noise, Planned
+    from palpate.planned_captures import BASELINE_M, baseline_of
     from palpate.solid.support import read_support
     from palpate.surface.template import read_template
 
@@ -118,6 +119,9 @@ def _planned(options: argparse.Namespace) -> "Planned":
     if options.camera_mm:
         away_m = float(np.linalg.norm(np.array(options.camera_mm) / MILLIMETRES - table.point_m))
     noise = vars(Noise.expected(sensor, probe, away_m))
+    if not options.surface_noise_mm and not baseline_of(sensor):
+        assumed = f"{BASELINE_M * MILLIMETRES:g} mm assumed, for the noise of the surface"
+        print(f"{options.sensor}: no baseline_m of the depth camera: {assumed}", file=sys.stderr)
     for name, (field, scale) in NOISES.items():
         if (value := getattr(options, name)) is not None:
             noise[field] = value / scale
