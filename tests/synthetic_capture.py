@@ -128,7 +128,7 @@ class Synthetic:
 def synthetic_capture(probe: Mapping) -> Synthetic:
     """Make it."""
     rng, radius = np.random.default_rng(20261124), probe["indenter"]["radius_m"]
-    pose, depth = _camera_from_object(), depth_m(TIME_S)
+    pose, depth = camera_from_object(EYE_M, np.array([0, 0, TOP_M])), depth_m(TIME_S)
     turn = pose[:3, :3]
     plane = np.append(turn @ UP, -(turn @ UP) @ pose[:3, 3])
     poses = _poses(probe, pose, POINT_M + np.outer(radius - depth, UP), rng)
@@ -143,12 +143,13 @@ def synthetic_capture(probe: Mapping) -> Synthetic:
     return Synthetic(probe, pose, plane, poses, record, forces, clouds)
 
 
-def _camera_from_object() -> NDArray:
-    forward = (np.array([0, 0, TOP_M]) - EYE_M) / np.linalg.norm(np.array([0, 0, TOP_M]) - EYE_M)
+def camera_from_object(eye_m: NDArray, target_m: NDArray) -> NDArray:
+    """Pose of a camera at a place that looks at another, its x along the object's."""
+    forward = (target_m - eye_m) / np.linalg.norm(target_m - eye_m)
     x = np.array([1.0, 0, 0])
     found = np.eye(4)
     found[:3, :3] = np.stack([x, np.cross(forward, x), forward])
-    found[:3, 3] = -found[:3, :3] @ EYE_M
+    found[:3, 3] = -found[:3, :3] @ eye_m
     return found
 
 

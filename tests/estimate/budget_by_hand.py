@@ -6,7 +6,6 @@ import numpy as np
 from made_up_indentation import (
     OPTIONS,
     RADIUS_M,
-    RELAXATION_TIMES_S,
     UNBONDED,
     indentation_of,
     made_up_table,
@@ -22,7 +21,7 @@ E, NU = 25e3, 0.35
 # Noise of depths and motions beside which each term stands, and as good as none.
 NOISE_M, TINY = 5e-5, 1e-10
 NOISES, APART = ("noise of the depth", "noise of the displacement"), "captures that differ"
-TAU_S, SHARE_STD = RELAXATION_TIMES_S, 0.1
+TAU_S, SHARE_STD = OPTIONS.relaxation_times_s, 0.1
 OF_FIT = {name for name in Fit.model_fields if "_std" in name} - {"model_std"}
 NOTHING = OPTIONS.changed(
     **dict.fromkeys(OF_FIT - {"poisson_ratio_std"}, TINY)
@@ -208,6 +207,7 @@ PART, CURVED = TIME_S / CAPTURE.time_s[-1], FORCE_N * RADIUS_M / 2
 PLACES = learnt(*map(by_place, np.eye(2)))
 # The base lies under the contact.
 ROCKING = learnt(*(stacked(0.0, np.outer(LOAD, across)) for across in CAPTURE.cell_m.T[:2]))
+BOTH_LATE = learnt(stacked(SPEED_M_S, surface(SPEED_M_S)))
 OF_FORCE = depths(lambda std: np.diag((2 / 3 * DEPTH_M / FORCE_N * std) ** 2))
 OF_TIP = depths(lambda std: ALONE * ((std / NOISE_M) ** 2 - 1))
 # By field: its line of the budget, a deviation, and what that does.
@@ -234,11 +234,7 @@ TERMS = {
     ),
     "offset_std_m": ("offset of the depth", 2e-4, learnt(stacked(1.0, 0.0))),
     # The surface is seen at the other moment too.
-    "clock_std_s": (
-        "clocks of camera and force",
-        0.1,
-        learnt(stacked(SPEED_M_S, surface(SPEED_M_S))),
-    ),
+    "clock_std_s": ("clocks of camera and force", 0.1, BOTH_LATE),
     # Where the poses' clock is off, force and surface still belong together.
     "camera_clock_std_s": ("clocks of poses and camera", 0.1, learnt(stacked(SPEED_M_S, 0.0))),
     "shift_std_m": ("offset of the displacement", 1e-4, learnt(stacked(0.0, 1.0))),

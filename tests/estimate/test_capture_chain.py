@@ -62,16 +62,8 @@ def motion(synthetic):
 @pytest.fixture(scope="module")
 def record(synthetic):
     noise = np.random.default_rng(7).normal(0, NOISE_N, synthetic.forces_n.shape)
-    return ProbeRecord(
-        time_s=TIME_S,
-        tips_m=synthetic.tips_m,
-        forces_n=synthetic.forces_n + noise,
-        tip_std_m=TIP_STD_M,
-        stiffness_n_m=np.inf,
-        clock_offset_s=CLOCK_S,
-        clock_std_s=0.02,
-        turns=marker_transforms(synthetic.poses)[:, :3, :3],
-    )
+    forces, turns = synthetic.forces_n + noise, marker_transforms(synthetic.poses)[:, :3, :3]
+    return ProbeRecord(TIME_S, synthetic.tips_m, forces, TIP_STD_M, np.inf, CLOCK_S, 0.02, turns)
 
 
 @pytest.fixture(scope="module")
@@ -131,13 +123,8 @@ METRES, RADII = {"nearest_radii": 0.0, "nearest_m": 0.031}, {"nearest_radii": 4.
 
 @pytest.mark.parametrize("options", [{}, METRES, RADII, {"farthest_m": 0.06}, {"crease_m": 0.021}])
 def test_samples_outside_of_the_contact_near_enough_and_off_the_edges(direct, synthetic, options):
-    given = {
-        "nearest_radii": 1.5,
-        "nearest_m": 0.004,
-        "farthest_m": 0.1,
-        "crease_m": 0.01,
-        **options,
-    }
+    given = {"nearest_radii": 1.5, "nearest_m": 0.004, "farthest_m": 0.1, "crease_m": 0.01}
+    given |= options
     radius, tips = synthetic.radius_m, synthetic.tips_m[FIRST : LAST + 1]
     depth = TOP_M + radius - to_object(synthetic.camera_from_object, tips)[:, 2]
     tip = POINT_M + (radius - depth.mean()) * UP
@@ -229,9 +216,8 @@ def test_from_clouds_and_forces_to_the_moduli(synthetic, sensors):
     turns = marker_transforms(synthetic.poses)[:, :3, :3]
     record = ProbeRecord(TIME_S, tips, forces, TIP_STD_M, np.inf, clock.offset_s, 0.01, turns)
     surface = SmoothSurface(synthetic.template.vertices_m, synthetic.template.faces)
-    one = direct_indentation(
-        record, motion, aligned, surface, synthetic.table(), synthetic.support, Fit()
-    )
+    on = surface, synthetic.table(), synthetic.support
+    one = direct_indentation(record, motion, aligned, *on, Fit())
     moduli = estimate_direct([one], Fit(), radius_m=radius).moduli
     for name, truth in (("youngs_modulus_pa", E), ("poisson_ratio", NU)):
         assert moduli[name].low < truth < moduli[name].high

@@ -185,16 +185,9 @@ def test_beside_the_point_of_a_ball_the_indentation_is_along_its_normal_there():
     frames, cell = len(depth), np.array(mesh.triangles_center)
     near = np.linalg.norm(cell - BALL_M * towards, axis=1)
     cell = cell[(near > 0.02) & (near < 0.05)]
-    record = ProbeRecord(
-        time_s=np.arange(frames) / 6,
-        tips_m=np.outer(BALL_M + RADIUS_M - depth, towards),
-        forces_n=np.outer(-force, towards),
-        tip_std_m=1e-4,
-        stiffness_n_m=np.inf,
-        clock_offset_s=0.0,
-        clock_std_s=0.01,
-        turns=np.tile(np.eye(3), (frames, 1, 1)),
-    )
+    tips, forces = np.outer(BALL_M + RADIUS_M - depth, towards), np.outer(-force, towards)
+    turns = np.tile(np.eye(3), (frames, 1, 1))
+    record = ProbeRecord(np.arange(frames) / 6, tips, forces, 1e-4, np.inf, 0.0, 0.01, turns)
     motion = displacement_of(cell, cell / BALL_M, np.zeros((frames, len(cell))))
     alignment = Alignment(np.eye(4), BALL_M * towards, 6, None)
     support, table = floor(1e-3, height_m=-BALL_M), table_of(mesh, BALL_M * UP)

@@ -1,4 +1,4 @@
-"""Instantaneous modulus of a relaxing material: fit, verdicts and models."""
+"""Relaxation of an indentation, and the instantaneous modulus: fit, verdicts and models."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from palpate.estimate.hertz.models import estimate_hertz
 from palpate.estimate.hertz.options import Beliefs, Hertz
 from palpate.estimate.hertz.relaxation import fit_relaxation, relaxation_times, verdict
 from palpate.estimate.hertz.shape import Shape
-from palpate.estimate.relaxation import relaxed_force, relaxed_share
+from palpate.estimate.relaxation import elastic_force, relaxed_force, relaxed_share
 
 R, TRUTH, ONSET, DEEPEST = 0.00622, 27473.0, 9, 18
 TERMS = {"fractions": [0.1, 0.08], "times_s": [0.33, 2.0]}
@@ -219,3 +219,31 @@ def test_laws_of_other_ratios_have_their_say_as_they_fit():
     both = fitted(ours, laws={0.3: LAW, 0.4: lambda depth: R * np.maximum(depth, 0)})
     ends = one.reduced_modulus_interval_pa
     assert both.reduced_modulus_interval_pa == pytest.approx(ends, rel=1e-6)
+
+
+PRONY = {"fractions": [0.1, 0.05, 0.2], "times_s": [0.2, 1.0, 5.0]}
+
+
+def test_inverse_gives_back_the_elastic_force():
+    """Of one force and of three side by side, at jittered times: they rise and are held."""
+    rng = np.random.default_rng(1)
+    time = np.arange(40) / 6 + rng.uniform(-0.02, 0.02, 40)
+    three = np.clip(time - 1, 0, 2)[:, None] ** 1.5 + 0.01 * rng.normal(size=(40, 3))
+    for force in (three[:, 0], three):
+        relaxed = relaxed_force(time, force, **PRONY)
+        assert np.abs(relaxed - force).max() > 0.1
+        assert elastic_force(time, relaxed, **PRONY) == pytest.approx(force, abs=1e-12)
+        for function in (relaxed_force, elastic_force):
+            assert np.array_equal(function(time, force, fractions=[], times_s=[]), force)
+
+
+def test_steps_relax_as_the_series_and_ramps_are_exact_whatever_the_sampling():
+    """The force is straight between samples: a smooth one errs by the square of their distance."""
+    time = np.array([0.0, 0.1, 0.35, 2.0, 30.0])
+    found = relaxed_force(time, np.full(5, 3.0), **PRONY)
+    assert found == pytest.approx(3 * (1 - relaxed_share(time, **PRONY)), rel=1e-13)
+    assert relaxed_share(1e9, **PRONY) == pytest.approx(0.35)
+    time = np.sort(np.random.default_rng(2).uniform(0, 4, 7))
+    time[0], g, tau = 0, 0.3, 0.7
+    found = relaxed_force(time, time, fractions=[g], times_s=[tau])
+    assert found == pytest.approx(time * (1 - g) - g * tau * np.expm1(-time / tau), rel=1e-12)

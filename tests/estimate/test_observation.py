@@ -1,40 +1,29 @@
-"""Surface displacement from clouds: what cancels, what is left, and what is rejected."""
+"""Surface displacement from clouds: what cancels, what is left, what the probe hides."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.estimate.direct.motion import (
-    CLEAR_WINDOWS,
-    observed_motion,
-    rest_frames,
-)
+from palpate.estimate.direct.deviations import correlation_length
+from palpate.estimate.direct.motion import CLEAR_WINDOWS, observed_motion, rest_frames
 from palpate.estimate.direct.options import Observation
+from palpate.estimate.direct.samples import ProbeInView, RestSurface
 from palpate.surface.alignment import Alignment
 from palpate.surface.template import Template
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
-from trimesh.creation import box
+from synthetic_capture import camera_from_object
+from trimesh.creation import box, icosphere
 
 TOP_M = 0.02
 REST, LOADED = 6, 4
 FRAMES = REST + LOADED
 # The camera looks down on the block from the front, half a metre away.
-CAMERA_M = np.array([0.0, -0.35, 0.37])
+POSE = camera_from_object(np.array([0.0, -0.35, 0.37]), np.array([0, 0, TOP_M]))
 STEP_M, RADIUS_M = 0.0019, 0.006
 # Matching windows so large that samples beside the tip must be 12 mm clear of it.
 WINDOW = {"baseline_m": 0.1, "window_px": 0.012 / CLEAR_WINDOWS / np.hypot(0.35, 0.35)}
 HEAD = {"kind": "stereo", "stereo": WINDOW, "color": {"fx_px": 1.0}}
-
-
-def pose():
-    """camera_from_object."""
-    forward = np.array([0, 0, TOP_M]) - CAMERA_M
-    z = forward / np.linalg.norm(forward)
-    x = np.array([1.0, 0, 0])
-    turn = np.stack([x, np.cross(z, x), z])
-    found = np.eye(4)
-    found[:3, :3], found[:3, 3] = turn, -turn @ CAMERA_M
-    return found
 
 
 def template():
@@ -42,9 +31,8 @@ def template():
     return Template(np.asarray(block.vertices), np.asarray(block.faces))
 
 
-def alignment(camera_from_object=None):
-    found = pose() if camera_from_object is None else camera_from_object
-    return Alignment(found, np.array([0, 0, TOP_M]), REST, 0.0)
+def alignment(pose=POSE):
+    return Alignment(pose, np.array([0, 0, TOP_M]), REST, 0.0)
 
 
 def dent(places_m):
@@ -67,16 +55,15 @@ def clouds(*, std_m=0.0, bias_m=0.0, seed=3):
 
 
 def in_camera(points):
-    camera = pose()
-    normals = np.broadcast_to(camera[:3, 2], points.shape)
-    return points @ camera[:3, :3].T + camera[:3, 3], normals
+    normals = np.broadcast_to(POSE[:3, 2], points.shape)
+    return points @ POSE[:3, :3].T + POSE[:3, 3], normals
 
 
 def probe():
     """A probe that stands upright: clear at first, then in the dent."""
     tips = np.tile([0.0, 0.0, TOP_M + RADIUS_M], (FRAMES, 1))
     tips[: REST - 2, 2] += 0.02
-    return in_camera(tips)[0], np.tile(-pose()[:3, 2], (FRAMES, 1))
+    return in_camera(tips)[0], np.tile(-POSE[:3, 2], (FRAMES, 1))
 
 
 def motion(frames, aligned=None, rest=tuple(range(REST)), seen=None, **options):
@@ -95,7 +82,7 @@ def test_displacement_is_that_of_the_surface_and_fixed_errors_cancel():
     error = found.moved_m[REST:] - expected
     assert abs(np.nanmean(error)) < 1e-6
     assert np.nanstd(error) < 0.03 * np.ptp(expected)
-    shifted = pose()
+    shifted = POSE.copy()
     shifted[:3, :3] = Rotation.from_rotvec([0.002, -0.001, 0]).as_matrix() @ shifted[:3, :3]
     shifted[:3, 3] += [0, 0, 0.0004]
     exact = motion(clouds(bias_m=3e-4))
@@ -142,7 +129,7 @@ def test_what_the_probe_hides_is_not_seen():
 def test_a_cell_that_loses_most_of_its_points_is_not_seen(part):
     frames, rng = clouds(), np.random.default_rng(4)
     points, normals = frames[-1]
-    flat = (points - pose()[:3, 3]) @ pose()[:3, :3]
+    flat = (points - POSE[:3, 3]) @ POSE[:3, :3]
     kept = (np.abs(flat[:, 0] - 0.04) > 0.012) | (rng.random(len(flat)) < part)
     frames[-1] = points[kept], normals[kept]
     found = motion(frames, spacing_m=0.006)
@@ -182,3 +169,51 @@ AWAY = replace(alignment(), contact_point_m=np.array([0.145, 0, TOP_M]))
 def test_bad_input(first, given, line):
     with pytest.raises(ValueError, match=line):
         motion(clouds()[first:], **given)
+
+
+def rest_of(mesh, points, normals):
+    surface = RestSurface(Template(np.array(mesh.vertices), np.array(mesh.faces)))
+    return surface.at_rest(points, normals, Observation(largest_distance_m=0.01))
+
+
+def test_points_have_the_normals_of_balls_and_of_a_boxs_sides():
+    """A ball's facets are turned by up to four degrees."""
+    out = np.random.default_rng(2).normal(size=(500, 3))
+    out /= np.linalg.norm(out, axis=1, keepdims=True)
+    found = rest_of(icosphere(3, radius=0.06), 0.061 * out, out)
+    assert np.linalg.norm(found.normal, axis=1) == pytest.approx(np.ones(500))
+    angle = np.degrees(np.arccos(np.clip((found.normal * out).sum(axis=1), -1, 1)))
+    assert angle.max() < 0.5
+    block = box((0.1, 0.1, 0.04)).subdivide()
+    above = np.column_stack([np.linspace(-0.049, 0.049, 30), np.full(30, 0.02), np.full(30, 0.022)])
+    up = np.tile([0.0, 0, 1], (30, 1))
+    found = rest_of(block, above, up)
+    assert found.normal == pytest.approx(up)
+    assert found.distance_m == pytest.approx(np.full(30, 0.002), abs=1e-6)
+
+
+@pytest.mark.parametrize("length_m", [0.005, 0.010])
+def test_length_of_the_noises_correlation(length_m):
+    x, y = (one.ravel() for one in np.mgrid[-0.04:0.04:0.0035, -0.04:0.04:0.0035])
+    places = np.column_stack([x, y, 0 * x])
+    apart = np.linalg.norm(places[:, None] - places[None], axis=-1)
+    values, vectors = np.linalg.eigh(np.exp(-((apart / length_m) ** 2)))
+    root = vectors * np.sqrt(np.maximum(values, 0))
+    noise = (root @ np.random.default_rng(2).standard_normal((len(places), 60))).T
+    noise[3, :40] = np.nan
+    assert correlation_length(places, noise) == pytest.approx(length_m, rel=0.06)
+    assert correlation_length(places[:1], noise[:, :1]) == 0
+
+
+@pytest.mark.parametrize("along_m", [(0.0, 0.05), (0.1, 0.2)])
+def test_clearance_is_that_of_the_worst_view_and_of_a_part_of_the_probe(along_m):
+    """Against brute force: lines of sight that pass it, end before it, or begin beyond it."""
+    rng = np.random.default_rng(1)
+    views, places = 0.5 * rng.standard_normal((2, 3)), 0.1 * rng.standard_normal((40, 3))
+    axis = np.array([0.0, 0.6, -0.8])
+    seen = ProbeInView(views, np.zeros((2, 3)) + [0, 0, 0.01], np.tile(axis, (2, 1)))
+    part = np.linspace(0, 1, 801)[:, None]
+    shaft = seen.tip_m[1] - (along_m[0] + part * np.ptp(along_m)) * axis
+    for place, found in zip(places, seen.clearance(places, 1, along_m=along_m), strict=True):
+        lines = np.concatenate([place + part * (view - place) for view in views])
+        assert found == pytest.approx(cKDTree(shaft).query(lines)[0].min(), abs=1.5e-3)

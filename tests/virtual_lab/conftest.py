@@ -4,10 +4,12 @@ import copy
 
 import numpy as np
 import pytest
+import yaml
 from palpate.workflow.configuration import like_another
 from virtual_lab.load_steps import LoadSteps
-from virtual_lab.record import with_motion
-from virtual_lab.rig import object_bench
+from virtual_lab.record import record_capture, with_motion
+from virtual_lab.rig import make_rig, object_bench
+from virtual_lab.rig_errors import errors_of
 from virtual_lab.shapes import shape_of
 
 POINT = np.array([-0.05, 0.0, 0.0475])
@@ -64,3 +66,31 @@ def small(sensors):
 @pytest.fixture(scope="session")
 def half(sensors):
     return shrunk(sensors, 2)
+
+
+@pytest.fixture
+def recorded(common, spec, bench, steps, probe, tmp_path):
+    """A small capture of an object with changes: its folder and its truth."""
+
+    def record(name, sensor, *, seed=2, jolted_m=None, folder="capture", **changes):
+        ours = spec | changes
+        place = errors_of(common, ours, sensor), ours["cameras"][name], bench
+        more = {} if jolted_m is None else {"jolted": make_rig(common, *place, jolted_m=jolted_m)}
+        (tmp_path / folder).mkdir()
+        given = tmp_path / folder, make_rig(common, *place), steps, ours, probe
+        return tmp_path / folder, record_capture(*given, seed=[1, seed], **more)
+
+    return record
+
+
+@pytest.fixture
+def files_of():
+    """Names and contents of a folder's files."""
+    return lambda of: {str(p.relative_to(of)): p.read_bytes() for p in of.rglob("*") if p.is_file()}
+
+
+@pytest.fixture
+def own(root):
+    """The own object's lab, its sensor and its probe."""
+    files = ("lab.yaml", "sensors/bench_cam.yaml", "probes/bench_probe.yaml")
+    return [yaml.safe_load((root / "tests/own_object" / file).read_text()) for file in files]

@@ -14,8 +14,19 @@ from virtual_lab.rules import LabRules
 from virtual_lab.specification import Lab
 
 
-def test_the_labs_own_configuration_is_right(lab, sensors):
+def test_the_configurations_that_are_here_make_sense(lab, sensors, own, root, monkeypatch):
+    """The lab's, and the own object's, of which points lie on its mesh."""
+    monkeypatch.chdir(root)
     assert lab_problems(lab, sensors, "lab.yaml") == []
+    lab, sensor, _ = own
+    assert lab_problems(lab, {"bench_cam": sensor}, "lab.yaml") == []
+    cow = lab["objects"]["toy_cow"]
+    cow["object"]["points"]["back"]["position_m"] = [0.0189, 0.0, 0.06]
+    (line,) = lab_problems(lab, {"bench_cam": sensor}, "lab.yaml")
+    assert "points.back.position_m: expected on the mesh's surface" in line
+    cow["shape"]["file"] = "tests/own_object/raw/toy_cow/template.ply"
+    (line,) = lab_problems(lab, {"bench_cam": sensor}, "lab.yaml")
+    assert "shape.file: tests/own_object/raw/toy_cow/template.ply: mesh: expected z from" in line
 
 
 BLOCK, BALL, EAR = (("objects", name) for name in ("foam_block", "foam_ball", "ear"))
@@ -126,23 +137,6 @@ def test_what_is_written_of_an_object_has_its_own_errors_alone(lab):
     assert rules.written(ball) == {"seed": lab["seed"], "device": {"declared_m": 0.002}}
     lab["objects"]["foam_ball"]["device"] = {}
     assert rules.written(ball) == {}
-
-
-def test_an_undeclared_point(lab):
-    lab = copy.deepcopy(lab)
-    lab["objects"]["foam_block"]["pressed_at"] = {"11-a01": [0.052, 0.0, 0.0475]}
-    rules = LabRules(SimpleNamespace(lab=lab, truth=str, lab_point=lambda name, point: point))
-    other, plain = (
-        SimpleNamespace(object="foam_block", sensor="kinect", capture=capture)
-        for capture in ("11-a01", "11-a02")
-    )
-    assert rules.place(other) == {"position_m": [0.052, 0.0, 0.0475]}
-    assert rules.place(plain) == {"position_m": [0.05, 0.0, 0.0475]}
-    assert rules.load_steps(other) == "foam_block/contact-11-a01.npz"
-    assert rules.load_steps(plain) == "foam_block/contact-11.npz"
-    assert rules.mechanics(other)["points"]["11-a01"] == rules.place(other)
-    declared = yaml.safe_load(object_text(rules.spec(other), name="foam_block"))
-    assert "11-a01" not in declared["points"]
 
 
 def test_the_sphere_of_a_rig_is_the_one_that_indents(lab, common, sensors, probe):

@@ -102,11 +102,6 @@ def test_a_smooth_sphere_slides_on_a_flat_face(straight, inclined):
     assert inclined.force_n[1:] == pytest.approx(-force @ INCLINED)
 
 
-def test_an_inclined_indentation_out_of_a_mirrored_models_plane_is_rejected():
-    with pytest.raises(ValueError, match="direction: expected within the planes of symmetry"):
-        indent_object(BLOCK, TOP, R, direction=[0.0, 0.3, -0.9])
-
-
 def test_load_steps_keep_their_direction(inclined, straight, tmp_path):
     write_load_steps(tmp_path / "inclined.npz", inclined)
     again = mirrored(read_load_steps(tmp_path / "inclined.npz"), TOP)
@@ -120,6 +115,20 @@ def test_load_steps_keep_their_direction(inclined, straight, tmp_path):
     write_load_steps(tmp_path / "straight.npz", straight)
     with np.load(tmp_path / "straight.npz") as data:
         assert not {"direction", "heading"} & set(data.files)
+
+
+def test_load_steps_of_a_mirror_image(steps):
+    other = mirrored(steps, np.array([0.05, 0.0, 0.0475]))
+    assert other.point_m.tolist() == [0.05, 0.0, 0.0475]
+    assert other.force_at([0.004]) == pytest.approx(200 * 0.004**1.5, rel=1e-6)
+    moved = np.abs(other.surface_at([0.009])[0] - other.surface_rest_m).max(axis=1)
+    assert other.surface_rest_m[moved.argmax(), 0] > 0
+    with pytest.raises(ValueError, match="direction: expected within the planes of symmetry"):
+        indent_object(BLOCK, TOP, R, direction=[0.0, 0.3, -0.9])
+    with pytest.raises(ValueError, match="point: expected a mirror image"):
+        mirrored(steps, np.array([0.15, 0.0, 0.0475]))
+    with pytest.raises(ValueError, match=r"depth: expected at most 0.0090 m, found 0.0100 m"):
+        steps.force_at([0.01])
 
 
 def test_the_sensor_records_the_force_as_it_is(inclined, probe):
@@ -227,3 +236,20 @@ def test_inertia_is_mass_times_acceleration(common, probe):
     assert load[:, 0] == pytest.approx(pull, abs=1e-4)
     assert load[:, 4] == pytest.approx(0.036 * pull, abs=1e-5)
     assert np.abs(load[:, [1, 2, 3, 5]]).max() < 1e-9
+
+
+def test_a_sensor_that_reports_wrenches(own):
+    lab, _, probe = own
+    options = lab["force"]
+    time = np.arange(0, 1, 0.002)
+    force = np.where(time > 0.5, 2.0, 0.0)[:, None] * [0, 0, 1]
+    upside_down = np.broadcast_to(np.diag([1.0, -1.0, -1.0]), (len(time), 3, 3))
+    rng = np.random.default_rng(1)
+    record = gauge_record(time, force, upside_down, probe, options, rng)
+    assert list(record.columns)[:4] == ["time_s", "fx_n", "fy_n", "fz_n"]
+    step = record["fz_n"][time > 0.5].mean() - record["fz_n"][time <= 0.5].mean()
+    assert step == pytest.approx(-2.0, abs=0.01)
+    assert record["fz_n"][time < 0.5].std() == pytest.approx(0.02, rel=0.2)
+    del options["wrench"]
+    with pytest.raises(ValueError, match="force.wrench: expected its noise"):
+        gauge_record(time, force, upside_down, probe, options, rng)

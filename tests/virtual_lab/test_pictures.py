@@ -11,7 +11,7 @@ from virtual_lab.kinect import KinectDepth
 from virtual_lab.paint import BlockPaint, table_texture
 from virtual_lab.probe import make_probe
 from virtual_lab.render import Light, PosedCamera, look_at, render, render_change
-from virtual_lab.rig import Exposure
+from virtual_lab.rig import Exposure, depth_view
 from virtual_lab.scene import Bench, Scene
 
 SIZE = np.array([0.598, 0.150, 0.0475])
@@ -132,3 +132,20 @@ def test_projector_casts_a_shadow_of_no_readings(sensors, scene):
     # Noise alone seldom matches: deep in the shadow there are hardly any readings.
     deep = cv2.erode(shadow.astype(np.uint8), np.ones((9, 9))) > 0
     assert missing[deep].mean() > 0.9
+
+
+def test_a_camera_that_writes_millimetres(own):
+    lab, sensor, _ = own
+    pose = np.diag([1.0, -1.0, -1.0, 1.0])
+    pose[2, 3] = 0.8
+    options = lab["kinect"] | {"distortion_px": 1e-9}
+    rng = np.random.default_rng(2)
+    view = depth_view(sensor, pose)
+    camera = KinectDepth(view, sensor["depth"], sensor["range_m"], options, rng)
+    scene = Scene(Bench(np.full((4, 4, 3), 0.6), None))
+    depth = camera.image(scene, rng)
+    middle = depth[100:300, 100:300]
+    assert (middle > 0).mean() > 0.9
+    assert np.median(middle) == pytest.approx(800, abs=2)
+    far = KinectDepth(view, sensor["depth"], [0.1, 0.5], options, rng).image(scene, rng)
+    assert not far.any()

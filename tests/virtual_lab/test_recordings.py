@@ -11,11 +11,10 @@ from palpate.capture.poses import POSES, read_poses
 from palpate.open3d_core import o3d
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.clouds import scene_points
-from virtual_lab.load_steps import mirrored, read_load_steps, write_load_steps
 from virtual_lab.motion import Operator
 from virtual_lab.poses import record_poses
 from virtual_lab.probe import make_probe
-from virtual_lab.record import FACING, record_capture, with_motion
+from virtual_lab.record import FACING, record_capture
 from virtual_lab.rig import bare_bench, make_rig
 from virtual_lab.rig_errors import errors_of
 from virtual_lab.rules import LabRules
@@ -24,29 +23,10 @@ from virtual_lab.sensor_experiments import record_calibration, record_workspace
 R = 0.00622
 
 
-@pytest.fixture
-def recorded(common, spec, bench, steps, half, probe, tmp_path):
-    """A small capture of the Kinect: its folder and its truth."""
-
-    def record(name, motion, *, seed=2, **more):
-        place = errors_of(common, spec, half["kinect"]), spec["cameras"]["kinect"], bench
-        ours = with_motion(spec, {"frame_rate_hz": 1, "tilt_deg": 4.0} | motion)
-        jolted = {key: make_rig(common, *place, **value) for key, value in more.items()}
-        (tmp_path / name).mkdir()
-        rig, given = make_rig(common, *place), {"seed": [1, seed]} | jolted
-        return tmp_path / name, record_capture(tmp_path / name, rig, steps, ours, probe, **given)
-
-    return record
-
-
-def files_of(folder):
-    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
-
-
 def test_a_jolted_camera_records_on_from_beside(recorded, common, spec, bench, half):
     """From the second of three frames; where the table lies then follows from the two poses."""
-    shift = {"jolted_m": np.array([0.004, 0.0, 0.0])}
-    folder, _ = recorded("jolted", {"frames": 3}, jolted=shift)
+    shift, motion = {"jolted_m": np.array([0.004, 0.0, 0.0])}, spec["motion"] | {"tilt_deg": 4.0}
+    folder, _ = recorded("kinect", half["kinect"], motion=motion, **shift)
     files = sorted((folder / "color").iterdir())
     table = [read_image(file, "mono8")[160:].astype(float) for file in files]
     window = cv2.createHanningWindow(table[0].shape[::-1], cv2.CV_64F)
@@ -61,9 +41,10 @@ def test_a_jolted_camera_records_on_from_beside(recorded, common, spec, bench, h
 
 
 @pytest.mark.long
-def test_a_capture_is_the_same_for_the_same_seed_alone(recorded, common):
+def test_a_capture_is_the_same_for_the_same_seed_alone(recorded, files_of, common, spec, half):
+    of, motion = ("kinect", half["kinect"]), spec["motion"] | {"tilt_deg": 4.0, "frames": 2}
     (one, truth), (same, _), (other, others) = (
-        recorded(str(k), {"frames": 2}, seed=seed) for k, seed in enumerate((2, 2, 3))
+        recorded(*of, folder=str(k), seed=seed, motion=motion) for k, seed in enumerate((2, 2, 3))
     )
     assert files_of(one) == files_of(same)
     assert files_of(one).keys() == files_of(other).keys() and files_of(one) != files_of(other)
@@ -105,19 +86,6 @@ def test_the_workspaces_grid(lab, common, half, probe, tmp_path):
     assert np.linalg.norm(np.diff(truth["tip_m"], axis=0)) == pytest.approx(options["step_m"])
     images = [(tmp_path / "01/left" / f"00000{k}.png").read_bytes() for k in range(2)]
     assert images[0] != images[1]
-
-
-def test_load_steps_of_a_mirror_image(steps, tmp_path):
-    write_load_steps(tmp_path / "steps.npz", steps)
-    other = mirrored(read_load_steps(tmp_path / "steps.npz"), np.array([0.05, 0.0, 0.0475]))
-    assert other.point_m.tolist() == [0.05, 0.0, 0.0475]
-    assert other.force_at([0.004]) == pytest.approx(200 * 0.004**1.5, rel=1e-6)
-    moved = np.abs(other.surface_at([0.009])[0] - other.surface_rest_m).max(axis=1)
-    assert other.surface_rest_m[moved.argmax(), 0] > 0
-    with pytest.raises(ValueError, match="point: expected a mirror image"):
-        mirrored(steps, np.array([0.15, 0.0, 0.0475]))
-    with pytest.raises(ValueError, match=r"depth: expected at most 0.0090 m, found 0.0100 m"):
-        steps.force_at([0.01])
 
 
 STOP_S = 3.0
@@ -183,13 +151,12 @@ def test_a_tracker_loses_some_rows_and_states_its_noise(followed):
     assert 0.0003 < np.sqrt((error_m(0.0) ** 2).mean()) < 0.0005
 
 
-def test_sensors_share_what_the_kinect_records(rig, spec, steps, probe, tmp_path):
+def test_sensors_share_what_the_kinect_records(rig, files_of, spec, steps, probe, tmp_path):
     files = {}
     for name in ("kinect", "kinect_robot", "kinect_cloud", "kinect_cloud_2"):
         (folder := tmp_path / name).mkdir()
         record_capture(folder, rig(name.removesuffix("_2")), steps, spec, probe, seed=[1, 2])
-        found = (path for path in folder.rglob("*") if path.is_file())
-        files[name] = {str(path.relative_to(folder)): path.read_bytes() for path in found}
+        files[name] = files_of(folder)
     kinect, robot, cloud = (files[name] for name in ("kinect", "kinect_robot", "kinect_cloud"))
     assert robot.keys() - kinect.keys() == {POSES} and cloud == files["kinect_cloud_2"]
     assert all(robot[name] == kinect[name] for name in kinect if name != "force.csv")

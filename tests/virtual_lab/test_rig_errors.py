@@ -4,11 +4,10 @@ import cv2
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 from palpate.vision.camera import camera_from_spec
 from virtual_lab.motion import ProbeMotion
 from virtual_lab.probe import make_probe
-from virtual_lab.record import record_capture, write_images
+from virtual_lab.record import write_images
 from virtual_lab.rig import GAMMA, make_rig
 from virtual_lab.rig_errors import errors_of
 from virtual_lab.scene import Bench, Scene
@@ -19,33 +18,16 @@ POINT = np.array([-0.05, 0.0, 0.0475])
 DOWN = np.diag([1.0, -1.0, -1.0])
 
 
-@pytest.fixture
-def recorded(common, spec, bench, steps, small, probe, tmp_path):
-    """A small capture of a rig in error: its folder and its truth."""
-
-    def record(sizes, sensor="bumblebee", *, name="capture", **more):
-        ours = spec | {"device": sizes} | more
-        errors = errors_of(common, ours, small[sensor])
-        rig = make_rig(common, errors, ours["cameras"][sensor], bench)
-        folder = tmp_path / name
-        folder.mkdir()
-        return folder, record_capture(folder, rig, steps, ours, probe, seed=[1, 2])
-
-    return record
-
-
-def digest(folder):
-    return [path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()]
-
-
 @pytest.mark.parametrize("sensor", ["bumblebee", "kinect"])
-def test_a_rig_without_errors_is_the_nominal_one(recorded, sensor):
-    none, _ = recorded({}, sensor, name="none")
-    zero, _ = recorded(dict.fromkeys(ErrorSizes.model_fields, 0), sensor, name="zero")
-    assert digest(none) == digest(zero)
+def test_a_rig_without_errors_is_the_nominal_one(recorded, files_of, small, sensor):
+    none, _ = recorded(sensor, small[sensor], folder="none", device={})
+    zero = dict.fromkeys(ErrorSizes.model_fields, 0)
+    zero, _ = recorded(sensor, small[sensor], folder="zero", device=zero)
+    assert files_of(none) == files_of(zero)
 
 
-def test_rigs_share_their_errors_and_differ_from_others(common, spec, sensors):
+def test_rigs_share_their_errors_and_differ_from_others(common, sensors, probe):
+    """Also in what has no size in the block: the target's place, which is a little off."""
     sizes = {"baseline": 0.002, "focal": 0.001, "force_gain": 0.015, "radius": 0.01}
 
     def errors(**block):
@@ -59,10 +41,6 @@ def test_rigs_share_their_errors_and_differ_from_others(common, spec, sensors):
     # One error at a time, and at twice its size.
     alone = errors(device={"baseline": 0.004})
     assert alone == pytest.approx([2 * one[0], 0], rel=1e-9)
-
-
-def test_a_named_rig_differs_in_all(common, sensors, probe):
-    """Also in what has no size in the block: the target's place, which is a little off."""
     rigs = [errors_of(common, {"rig": name}, sensors["kinect"]) for name in ("lab", "lab", "a")]
     targets = [np.array(rig.probe(probe)["marker_from_force"]) for rig in rigs]
     assert np.array_equal(targets[0], targets[1])
@@ -111,29 +89,28 @@ def test_the_force_sensors_gain_is_in_its_record(common, sensors, probe):
     assert np.abs(found - plain).max() > 0.03
 
 
-def test_a_lag_is_that_of_a_first_order(common, sensors):
-    errors = errors_of(common, {"device": {"force_lag_s": 0.008}}, sensors["kinect"])
-    time_s = np.arange(0, 2, 0.001)
+def test_a_lag_is_that_of_a_first_order_and_a_drift_grows_over_the_record(common, sensors):
+    time_s, kinect = np.arange(0, 2, 0.001), sensors["kinect"]
+
+    def measured(load, seed=0, **sizes):
+        found = errors_of(common, {"device": sizes}, kinect)
+        return found.measured(time_s, load, np.random.default_rng(seed))
+
     ramp = 3 + np.clip(time_s - 1, 0, None)[:, None] * [0, 0, -5.0, 0, 0, 0]
-    found = errors.measured(time_s, ramp, np.random.default_rng(0))
+    found = measured(ramp, force_lag_s=0.008)
     assert found[time_s < 1] == pytest.approx(ramp[time_s < 1])
     assert (found[-1, 2] - ramp[-1, 2]) / 5 == pytest.approx(0.008, abs=0.0006)
-
-
-def test_a_drift_grows_over_the_record(common, sensors):
-    errors = errors_of(common, {"device": {"force_drift_n": 0.03}}, sensors["kinect"])
-    time_s, nothing = np.arange(0, 2, 0.001), np.zeros((2000, 6))
-    ends = [errors.measured(time_s, nothing, np.random.default_rng(k)) for k in range(99)]
+    ends = [measured(np.zeros((2000, 6)), seed=k, force_drift_n=0.03) for k in range(99)]
     gained = np.array([found[-1, :3] - found[0, :3] for found in ends])
     assert gained.std() == pytest.approx(0.03, rel=0.15)
     assert ends[0][1000, :3] == pytest.approx(gained[0] / 2, rel=0.01)
     assert not ends[0][:, 3:].any()
 
 
-def test_clocks_differ_in_offset_and_rate(recorded):
-    tables, offsets = [], []
+def test_clocks_differ_in_offset_and_rate(recorded, small):
+    tables, offsets, of = [], [], ("bumblebee", small["bumblebee"])
     for name, sizes in (("none", {}), ("off", {"clock_offset_s": 0.05, "clock_rate": 50e-6})):
-        folder, truth = recorded(sizes, name=name)
+        folder, truth = recorded(*of, folder=name, device=sizes)
         tables.append(pd.read_csv(folder / "force.csv"))
         offsets.append(truth["clock_offset_s"])
     late_s = (tables[1]["time_s"] - tables[0]["time_s"]).to_numpy()
@@ -156,22 +133,19 @@ def pair(common, spec, bench, sensors):
     return pixels
 
 
-def test_a_longer_baseline_is_a_larger_disparity(pair):
-    (left, right), _ = pair()
-    (_, wide), sensor = pair(baseline=0.01)
+def test_the_cameras_of_a_rectified_pair(pair):
+    """A longer baseline is a larger disparity; a turn of a camera moves its pictures against it."""
+    plain, _ = pair()
+    wide, sensor = pair(baseline=0.01)
     error = sensor["stereo"]["baseline_m"] / 0.12 - 1
     assert abs(error) > 1e-3
-    assert left[0] - wide[0] == pytest.approx((left - right)[0] * (1 + error), rel=1e-6)
-    assert wide[1] == pytest.approx(left[1], abs=1e-9)
-
-
-def test_the_cameras_of_a_rectified_pair(pair):
-    plain, _ = pair()
+    disparity = (plain[0] - plain[1])[0] * (1 + error)
+    assert plain[0, 0] - wide[1, 0] == pytest.approx(disparity, rel=1e-6)
+    assert wide[1, 1] == pytest.approx(plain[0, 1], abs=1e-9)
     turned, sensor = pair(rectification_px=0.2)
     pitch, yaw, roll = sensor["right_turn_rad"] * 790
     x, y = plain[1] - [512, 384]
     assert turned[0] == pytest.approx(plain[0])
-    # A turn of the camera moves its pictures against it.
     expected = [-yaw + roll / 790 * y, pitch - roll / 790 * x]
     assert turned[1] - plain[1] == pytest.approx(expected, abs=0.02)
     assert 0.02 < np.abs(turned[1] - plain[1]).max() < 1
@@ -206,10 +180,9 @@ def test_the_cameras_of_a_depth_sensor_are_placed_a_little_otherwise(common, sen
     assert 2e-4 < np.linalg.norm(error[:3, 3]) < 5e-3
 
 
-def test_a_camera_that_reports_depths_takes_its_files_baseline(common, root):
+def test_a_camera_that_reports_depths_takes_its_files_baseline(common, own):
     """A longer baseline than its file's makes its depths shorter by as much."""
-    folder = root / "tests/own_object"
-    sensor = yaml.safe_load((folder / "sensors/bench_cam.yaml").read_text())
+    _, sensor, _ = own
     bench = Bench(np.full((4, 4, 3), 0.6), None)
     place = {"target_m": [0, 0, 0], "distance_m": 0.8, "elevation_deg": 60}
     shown = []
@@ -277,10 +250,10 @@ def read(folder, stream, number=0):
     return (folder / stream / f"{number:06d}.png").read_bytes()
 
 
-def test_lost_frames_leave_a_gap_in_the_numbers(recorded, spec):
-    motion = {"motion": spec["motion"] | {"frames": 12}}
-    whole, _ = recorded({}, "kinect", name="whole", **motion)
-    folder, truth = recorded({"dropped_frames": 0.3}, "kinect", name="lost", **motion)
+def test_lost_frames_leave_a_gap_in_the_numbers(recorded, small, spec):
+    of, motion = ("kinect", small["kinect"]), spec["motion"] | {"frames": 12}
+    whole, _ = recorded(*of, folder="whole", motion=motion, device={})
+    folder, truth = recorded(*of, folder="lost", motion=motion, device={"dropped_frames": 0.3})
     all_rows, rows = (pd.read_csv(f / "frames.csv") for f in (whole, folder))
     assert 5 <= len(rows) < 12
     assert rows["frame"].is_monotonic_increasing

@@ -101,17 +101,15 @@ def test_normals_that_a_scanner_has_wrong_leave_neither_bump_nor_hole(fault, tmp
     assert mesh.is_watertight and np.abs(away).max() < 4e-4
 
 
-def test_a_grid_that_no_memory_holds_is_refused_with_its_size():
-    points = np.random.default_rng(1).random((100, 3))
-    with pytest.raises(ValueError, match="expected 0.0043 m or more .* found 0.001 m .968 million"):
-        implicit_surface(points, points, np.ones(len(points)), 0.001)
-
-
-def test_views_that_do_not_overlap_or_close_are_refused(views, tmp_path):
+def test_views_that_make_no_template_are_refused(views, tmp_path):
+    """They do not overlap or close, there are none, or no memory holds their grid."""
     with pytest.raises(ValueError, match="scans: "):
         template_from_scans(views[:2], vertices=1000, spacing_m=0.002)
     with pytest.raises(ValueError, match="scans"):
         read_scans(tmp_path / "none")
+    points = np.random.default_rng(1).random((100, 3))
+    with pytest.raises(ValueError, match="expected 0.0043 m or more .* found 0.001 m .968 million"):
+        implicit_surface(points, points, np.ones(len(points)), 0.001)
 
 
 def test_a_fold_is_smoothed_away_and_the_rest_stays():
