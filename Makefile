@@ -140,7 +140,7 @@ docs: .venv/installed results/.sphinx/installed
 	PYTHONPATH=results/.sphinx:workflow/scripts $(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going \
 	  --doctree-dir results/.sphinx/doctrees docs results/site
 
-# From the last `make results` and `make bench`: docs/pictures holds copies, nothing drawn by hand.
+# From the last `make results` and `make bench`: the PNGs of docs/pictures are copies.
 pictures: results/figures/plan.png
 	cp $(PICTURES:%=results/figures/%.png) docs/pictures/
 

@@ -26,7 +26,8 @@ def _check(options: argparse.Namespace) -> int:
         return 1
     status, used, wrong = 0, set(), {}
     for folder in objects:
-        spec, sensors = {}, [one.folder.name for one in sensor_folders(folder)]
+        spec, places = {}, sensor_folders(folder)
+        sensors = [place.folder.name for place in places]
         with suppress(ValueError):
             spec = load_yaml(folder / "object.yaml")
         spec = spec if isinstance(spec, Mapping) else {}
@@ -42,7 +43,8 @@ def _check(options: argparse.Namespace) -> int:
         files += [devices["probes"].folder / f"{spec.get('probe')}.yaml"]
         used |= set(files)
         lines = [line for path in files for line in wrong.get(path, ())]
-        status |= _checked(folder, spec, sensors, devices, lines)
+        empty = "curves" not in spec and not any(place.captures for place in places)
+        status |= _checked(folder, spec, sensors, devices, lines, empty)
     for path in sorted(wrong.keys() - used):
         first, more = wrong[path][0], len(wrong[path]) - 1
         print(f"worth a look: {first}{f', and {more} more' * bool(more)} (not used here)")
@@ -69,7 +71,7 @@ def _devices(
 
 
 def _checked(
-    folder: Path, spec: Mapping, sensors: list[str], devices: Mapping, lines: list[str]
+    folder: Path, spec: Mapping, sensors: list[str], devices: Mapping, lines: list[str], empty: bool
 ) -> int:
     """Say what an object's folder holds; 1 when anything is wrong with it or its devices' files."""
     from palpate.capture.findings import Findings
@@ -82,8 +84,7 @@ def _checked(
     findings = Findings(tuple(lines))
     with stage(f"{folder}: template, images, forces"):
         findings += examine_object(folder, *specs, config, project.optics, project.calibrations)
-    there = any(place.captures for place in sensor_folders(folder)) or "curves" in spec
-    so_far = "" if there else f", and no capture yet: expected in {folder}/<sensor>/<point>"
+    so_far = f", and no capture yet: expected in {folder}/<sensor>/<point>" if empty else ""
     lines = list(findings.wrong) or [f"{folder}: nothing wrong{so_far}"]
     if places != PLACES:
         lines.append(f"  sensors and probes: of {places['sensors']} and {places['probes']}")

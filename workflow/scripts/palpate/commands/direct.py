@@ -34,8 +34,8 @@ project's folder above, and a table that is made now is kept where a run keeps i
 EXAMPLE = "palpate direct raw/sponge --fast"
 # Of --fast: what its table may be off by.
 FAST_STD = {"log_youngs_modulus": 0.05, "nu": 0.03}
-LAWS = {"force": "q of the force", "motion": "m of the displacement"}
 FAST_NOTE = "coarse indentation table (--fast): 5 % of E and 0.03 of nu are allowed for it"
+LAWS = {"force": "q of the force", "motion": "m of the displacement"}
 
 
 def _direct(options: argparse.Namespace) -> int:

@@ -35,7 +35,7 @@ MODELS = {"object": ObjectSpec, "sensor": SensorSpec, "probe": ProbeSpec}
 # What may be left out and is worth a thought, shown behind a #.
 OFFERED = {
     "object": (("support", "contact"), ("deepest_m",)),
-    "sensor": (("clock_offset_std_s",),),
+    "sensor": (("clock_offset_std_s",), ("depth", "count_m"), ("depth", "baseline_m")),
     "probe": (("stiffness_n_m",), ("load",), ("gauge",)),
 }
 # Encodings of each kind of sensor; an import fills them in.
