@@ -30,6 +30,11 @@ def one_line(text: str) -> str:
     return f"{plain[:HEAD]} ... {plain[-TAIL:]}"
 
 
+def mismatch(field: object, expected: object, found: object) -> ValueError:
+    """Error to raise where a field, of a file or a call, is not as expected."""
+    return ValueError(f"{field}: expected {expected}, found {found}")
+
+
 class _UniqueKeys(yaml.SafeLoader):
     """Safe loader that rejects a key given twice."""
 

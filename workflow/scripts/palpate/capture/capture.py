@@ -12,7 +12,7 @@ from palpate.capture.devices import device_folder, read_device
 from palpate.capture.discover import sensor_folder
 from palpate.capture.images import Stream
 from palpate.capture.tables import read_force, read_frames
-from palpate.yaml_files import load_yaml
+from palpate.yaml_files import load_yaml, mismatch
 
 
 @dataclass(frozen=True)
@@ -68,10 +68,9 @@ class Capture:
             If it is to be made of scans, which the workflow does.
         """
         if "file" not in self.declared["template"]:
-            raise ValueError(
-                f"{self.folder.parents[1]}/object.yaml: template.file: expected a mesh, found scans"
-                " (the workflow makes one of them: results/<object>/template.ply)"
-            )
+            found = "scans (the workflow makes one of them: results/<object>/template.ply)"
+            place = f"{self.folder.parents[1]}/object.yaml: template.file"
+            raise mismatch(place, "a mesh", found)
         return self.folder.parents[1] / self.declared["template"]["file"]
 
     @property
@@ -110,10 +109,6 @@ def open_capture(
         Folders with a file for each; else ``config/sensors`` and ``config/probes`` of the nearest
         folder above the capture, or above the current one, that has them.
 
-    Returns
-    -------
-    Capture
-
     Raises
     ------
     ValueError
@@ -131,9 +126,8 @@ def open_capture(
     folder = Path(os.path.abspath(folder))
     declared = load_yaml(folder.parents[1] / "object.yaml")
     probe = declared.get("probe") if isinstance(declared, Mapping) else None
-    named = {"sensors": (sensors, folder.parent.name), "probes": (probes, probe)}
     found, problems = {}, []
-    for kind, (given, name) in named.items():
+    for kind, given, name in (("sensors", sensors, folder.parent.name), ("probes", probes, probe)):
         place = device_folder(kind, given and Path(given), folder)
         spec, lines = read_device(place / f"{name}.yaml", kind)
         found[kind] = {name: None if lines else spec}

@@ -24,7 +24,7 @@ from palpate.capture.poses import POSES
 from palpate.capture.tables import FORCE, FRAMES, GAUGE_COLUMNS, force_columns
 from palpate.config.model import problems
 from palpate.config.object import ObjectSpec
-from palpate.yaml_files import is_file, load_yaml, one_line
+from palpate.yaml_files import is_file, load_yaml, mismatch, one_line
 
 # Options of the command, as messages of curves name them.
 OPTION = re.compile("--(depth|force|stiffness)-(column|unit|n-m)")
@@ -80,10 +80,7 @@ def checked_object(
     files: bool = True,
     only: Path | None = None,
 ) -> Checked:
-    """Check all that was dropped in for one object, and hand on what was listed for it.
-
-    See `check_object` for the parameters; ``only`` is a capture whose neighbours are passed over.
-    """
+    """Like `check_object`, with what was listed; ``only`` that capture and not its neighbours."""
     folder = Path(folder)
     problems, spec = _check_object_file(folder, probes)
     probe = probes.get(spec.get("probe"))
@@ -247,8 +244,7 @@ def declared_curve(path: str | Path, spec: Mapping, probe: Mapping | None = None
     given |= {name: value for name, value in spec["curves"].items() if name != "poisson_ratio"}
     if isinstance(given["stiffness_n_m"], str):
         expected = "a number in curves, which no camera calibrates, or in the probe's file"
-        found = f"expected {expected}, found {given['stiffness_n_m']}"
-        raise ValueError(f"curves.stiffness_n_m: {found}")
+        raise mismatch("curves.stiffness_n_m", expected, given["stiffness_n_m"])
     try:
         curve = read_curve(path, **given)
     except ValueError as error:

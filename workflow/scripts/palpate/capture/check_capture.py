@@ -1,7 +1,6 @@
 """Check the tables and images of one recording: everything that is wrong, one line each."""
 
 import re
-from collections import Counter
 from collections.abc import Iterable, Mapping
 from hashlib import file_digest
 from pathlib import Path
@@ -36,21 +35,10 @@ CLOCK = re.compile(r"(\d+[-./]\d+[-./]\d+[ T]+)?\d+:\d+")
 
 
 def check_capture(folder: str | Path, sensor: Mapping, probe: Mapping | None = None) -> list[str]:
-    """Check one capture's folder against its sensor.
+    """Check one capture against its sensor, and the probe that is to be followed if one is given.
 
-    Parameters
-    ----------
-    folder : path
-        ``raw/<object>/<sensor>/<capture>``, or a background, which has no force.
-    sensor : mapping
-        The sensor's specification.
-    probe : mapping, optional
-        That of the probe, which is to be followed.
-
-    Returns
-    -------
-    list of str
-        One line for each problem; empty when all is right.
+    A line for each problem of ``raw/<object>/<sensor>/<capture>``, or of a background, which has no
+    force.
     """
     folder, streams = Path(folder), image_streams(sensor)
     if folder.name == BACKGROUND:
@@ -80,17 +68,14 @@ def check_frames(
         problems.append(f"{path}: rows: expected at least {fewest}, found {len(table)}")
     problems += check_numbers(path, table, ["frame", "time_s"])
     frame = _finite(table["frame"])
-    problems += [
-        f"{path}: frame: expected whole numbers, found {number_text(frame[row])} in data row"
-        f" {row + 1}"
-        for row in np.flatnonzero(frame != np.round(frame))[:1]
-    ]
+    for row in np.flatnonzero(frame != np.round(frame))[:1]:
+        found = f"{number_text(frame[row])} in data row {row + 1}"
+        problems.append(f"{path}: frame: expected whole numbers, found {found}")
     problems += _check_increasing(path, table, "frame") + _check_increasing(path, table, "time_s")
     for stream, spec in streams.items():
-        problems += [
-            f"{path}: {stream}: expected a file, found nothing in data row {row + 1}"
-            for row in np.flatnonzero(table[stream].isna())[:1]
-        ]
+        for row in np.flatnonzero(table[stream].isna())[:1]:
+            found = f"nothing in data row {row + 1}"
+            problems.append(f"{path}: {stream}: expected a file, found {found}")
         problems += _check_stream(folder, stream, table[stream].dropna().map(str), spec)
     return problems, table
 
@@ -98,14 +83,9 @@ def check_frames(
 def read_columns(path: Path, columns: list[str]) -> tuple[pd.DataFrame | None, list[str]]:
     """Read a table that must have some columns: the table or None, and what is wrong."""
     try:
-        table = read_table(path)
+        return read_table(path, columns), []
     except ValueError as error:
         return None, [str(error)]
-    missing = [name for name in columns if name not in table.columns]
-    if missing:
-        found = ", ".join(map(str, table.columns))
-        return None, [f"{path}: columns: expected {', '.join(missing)}, found {found}"]
-    return table, []
 
 
 def check_numbers(path: Path, table: pd.DataFrame, columns: list[str]) -> list[str]:
@@ -117,18 +97,15 @@ def check_numbers(path: Path, table: pd.DataFrame, columns: list[str]) -> list[s
     wrong = ~np.isfinite(numbers)
     if len(wrong) > 1 and wrong[0].all() and not wrong[1:].any():
         found = ", ".join(map(str, table[columns].iloc[0]))
-        return [
-            f"{path}: rows: expected numbers, found {found} in data row 1 (units? leave it out)"
-        ]
+        hint = "(units? leave it out)"
+        return [f"{path}: rows: expected numbers, found {found} in data row 1 {hint}"]
     problems = []
     for name, column in zip(columns, wrong.T, strict=True):
         for row in np.flatnonzero(column)[:1]:
             found = table[name].iloc[row]
             hint = ", seconds are expected" if CLOCK.match(str(found)) else ""
-            problems.append(
-                f"{path}: {name}: expected finite numbers, found {found} in data row {row + 1}"
-                f" ({column.sum()} such{hint})"
-            )
+            found = f"{found} in data row {row + 1} ({column.sum()} such{hint})"
+            problems.append(f"{path}: {name}: expected finite numbers, found {found}")
     return problems
 
 
@@ -186,9 +163,8 @@ def _check_repeated(folder: Path, frames: pd.DataFrame, streams: Iterable[str]) 
     for stream in streams:
         expected = f"expected another {'cloud' if stream == 'cloud' else 'image'} in each frame"
         names, seen = list(map(str, frames[stream])), {}
-        sizes = [(folder / name).stat().st_size for name in names]
-        counts = Counter(sizes)
-        for k in [k for k, size in enumerate(sizes) if counts[size] > 1]:
+        sizes = pd.Series([(folder / name).stat().st_size for name in names])
+        for k in np.flatnonzero(sizes.duplicated(keep=False)):
             with (folder / names[k]).open("rb") as file:
                 first = seen.setdefault(file_digest(file, "sha256").digest(), k)
             if first != k:
@@ -207,10 +183,8 @@ def check_force(path: Path, frames: pd.DataFrame | None) -> list[str]:
     if columns is None:
         found = ", ".join(map(str, table.columns))
         return [f"{path}: columns: expected time_s and v0..v5 or fx_n..tz_nm, found {found}"]
-    if len(table) < FEWEST_FORCE_SAMPLES:
-        problems.append(
-            f"{path}: rows: expected at least {FEWEST_FORCE_SAMPLES}, found {len(table)}"
-        )
+    if (count := len(table)) < FEWEST_FORCE_SAMPLES:
+        problems.append(f"{path}: rows: expected at least {FEWEST_FORCE_SAMPLES}, found {count}")
     problems += check_numbers(path, table, ["time_s", *sorted(columns)])
     if len(stamps_s := _finite(table["time_s"])):
         table["time_s"] = sampled_s(stamps_s)[0]
@@ -237,13 +211,7 @@ def check_poses(
 ) -> list[str]:
     """Check what a probe is followed by, one line for each problem: poses, else its target.
 
-    Parameters
-    ----------
-    folder : Path
-    frames : DataFrame or None
-        frames.csv, where it can be read.
-    sensor, probe : mapping
-        The sensor's file and the probe's; None of a recording that need not show one.
+    ``frames`` is frames.csv, where it can be read; a recording need not show a probe.
     """
     path, needed = folder / POSES, {"sensor": sensor, "probe": probe or {"marker": None}}
     if not path.is_file():

@@ -9,6 +9,7 @@ from trimesh.graph import connected_component_labels
 from palpate.capture.discover import MESHES
 from palpate.open3d_core import o3d
 from palpate.units import METRES
+from palpate.yaml_files import mismatch
 
 # Objects that one depth camera and a hand-held probe can measure [m].
 PLAUSIBLE_SIZE_M = (0.01, 3.0)
@@ -58,8 +59,8 @@ def read_surface(path: str | Path, *, unit: str) -> trimesh.Trimesh:
     if not low <= size * METRES[unit] <= high:
         others = [name for name, scale in METRES.items() if low <= size * scale <= high]
         hint = f" (is its unit {others[0]}?)" if others else ""
-        expected = f"expected an object of {low:g} to {high:g} m, found {size * METRES[unit]:g} m"
-        raise ValueError(f"{path}: template.unit: {expected}{hint}")
+        found = f"{size * METRES[unit]:g} m{hint}"
+        raise mismatch(f"{path}: template.unit", f"an object of {low:g} to {high:g} m", found)
     mesh.vertices = np.asarray(mesh.vertices) * METRES[unit]
     return mesh
 
@@ -93,8 +94,7 @@ def turned_outward(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 def _loaded(path: Path) -> trimesh.Trimesh:
     kind = path.suffix.lower()
     if kind not in MESHES:
-        known = ", ".join(MESHES)
-        raise ValueError(f"{path}: template: expected a file of {known}, found {kind or 'another'}")
+        raise mismatch(f"{path}: template", f"a file of {', '.join(MESHES)}", kind or "another")
     try:
         with path.open("rb") as stream:
             options = SHAPE_ALONE.get(kind, {})
@@ -108,6 +108,5 @@ def _loaded(path: Path) -> trimesh.Trimesh:
         reason = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
         raise ValueError(f"{path}: template: expected a mesh, found none ({reason})") from None
     if not whole:
-        expected = "expected finite vertices and faces of them, found others"
-        raise ValueError(f"{path}: template: {expected}")
+        raise mismatch(f"{path}: template", "finite vertices and faces of them", "others")
     return mesh

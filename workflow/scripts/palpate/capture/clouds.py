@@ -27,12 +27,11 @@ class Cloud(NamedTuple):
 
 
 def read_cloud(path: str | Path, unit: str = "m") -> Cloud:
-    """Read the points of a file, organised or not; where some have normals, those alone.
+    """Read the points of a PLY or PCD file, organised or not; where some have normals, those alone.
 
     Parameters
     ----------
     path : path
-        PLY or PCD file.
     unit : {"m", "mm"}, optional
         Unit of its coordinates.
 

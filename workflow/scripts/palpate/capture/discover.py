@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from operator import itemgetter
 from pathlib import Path
 
+from palpate.yaml_files import mismatch
+
 BACKGROUND = "background"
 # What stands for the sensor of a curve that was recorded without a camera: raw/<object>/08.csv.
 CURVE, CURVE_END = "curve", ".csv"
@@ -140,7 +142,7 @@ def declared_point(spec: Mapping, name: str) -> Mapping:
     """
     if name not in spec["points"]:
         names = ", ".join(sorted(spec["points"]))
-        raise ValueError(f"points: expected one of {names}, found {name}")
+        raise mismatch("points", f"one of {names}", name)
     return spec["points"][name]
 
 
@@ -148,20 +150,14 @@ def folder_fingerprint(folder: str | Path, *, linked: int = 0) -> str:
     """Digest the names, sizes and modification times of a folder's files.
 
     Reading the images themselves at every start would take minutes for a large study; size and
-    time change with every ordinary way of replacing a file.
+    time change with every ordinary way of replacing a file. Hidden files are passed over.
 
     Parameters
     ----------
     folder : path
-        Folder of a capture, itself a link or not; hidden files are passed over.
     linked : int, optional
         Levels below it whose folders may be links: 2 in an object's, for sensors and captures.
         A link to itself is passed over, and one to a folder above it is entered on these alone.
-
-    Returns
-    -------
-    str
-        Sixteen hexadecimal digits.
     """
     digest = hashlib.sha256()
     for parts, status in sorted(_files(str(folder), (), linked), key=itemgetter(0)):
@@ -199,14 +195,9 @@ def stamp(path: str | Path) -> str:
 
 
 def stamps_below(raw: str | Path, *, only: str | None = None) -> dict[str, str]:
-    """Stamp whatever may stand in ``raw/`` for a rule to read, by path.
+    """Stamp whatever may stand in ``raw/`` for a rule to read, by path; of one object ``only``.
 
-    Parameters
-    ----------
-    raw : path
-        Its objects' files, scans, backgrounds and captures, and experiments on sensors.
-    only : str, optional
-        Of the objects, the one that is read.
+    Objects' files, scans, backgrounds and captures, and experiments on sensors.
     """
     tops = [path for path in Path(raw).glob("*") if path.name in {only or path.name, *NOT_OBJECTS}]
     below = [path for top in tops for path in top.glob("*")]

@@ -34,20 +34,7 @@ STEREO, DEPTH = ("left", "right"), ("infrared", "color")
 
 
 def check_experiment(folder: str | Path, sensor: Mapping) -> list[str]:
-    """Check one recording about a sensor.
-
-    Parameters
-    ----------
-    folder : path
-        ``raw/sensors/<sensor>/<experiment>``.
-    sensor : mapping
-        The sensor's specification.
-
-    Returns
-    -------
-    list of str
-        One line for each problem; empty when all is right.
-    """
+    """Check ``raw/sensors/<sensor>/<experiment>`` against its sensor, a line for each problem."""
     folder = Path(folder)
     if folder.name not in CHECKS:
         known = ", ".join(sorted(CHECKS))

@@ -19,16 +19,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     """Give a path to write to; it becomes ``path`` when the block ends without an error.
 
     The content is on the disk before it gets its name, so that a power cut leaves all or nothing.
-
-    Parameters
-    ----------
-    path : path
-        Where the file is to stand.
-
-    Yields
-    ------
-    Path
-        A hidden sibling with the same ending, which no other writer of the file shares.
+    Until then it is a hidden sibling with the same ending, which no other writer shares.
 
     Raises
     ------
@@ -48,16 +39,10 @@ def whole_folder(path: str | Path, *, replace: bool = True, kept: str = "") -> I
     Parameters
     ----------
     path : path
-        Where the folder is to stand.
     replace : bool, optional
         Whether what stands there is replaced, or rejected.
     kept : str, optional
         Name of a folder that may stand there alone already, and stays.
-
-    Yields
-    ------
-    Path
-        A hidden sibling folder, which no other writer of the folder shares.
 
     Raises
     ------
@@ -106,13 +91,7 @@ def write_json(path: str | Path, fields: Mapping) -> None:
 def remove_parts(folder: str | Path, *, unless: str) -> None:
     """Remove what writers that were killed left behind in a folder and below it.
 
-    Nobody may be writing there.
-
-    Parameters
-    ----------
-    folder : path
-    unless : str
-        Folders below that hold a file of this name are passed over: others may write there.
+    Nobody may be writing there. Folders below with a file ``unless`` are passed over: others may.
     """
     top = Path(folder)
     for place, folders, files in os.walk(top):

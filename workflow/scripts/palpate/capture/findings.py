@@ -125,10 +125,6 @@ def examine_force(
         Times of the frames, the record's clock [s].
     onset_n : float
         Smallest force that counts as contact [N].
-
-    Returns
-    -------
-    Findings
     """
     path, size_n, rest_n = folder / FORCE, np.linalg.norm(load_n, axis=1), load_n[rest]
     rate_hz = (len(time_s) - 1) / (time_s[-1] - time_s[0])

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from palpate.capture.clouds import Cloud, read_cloud
 from palpate.capture.tables import STREAMS, image_streams, read_frames
 from palpate.units import MILLIMETRES
+from palpate.yaml_files import mismatch
 
 PNG_SIGNATURE, PNG_END = b"\x89PNG\r\n\x1a\n", b"\x00\x00\x00\x00IEND\xaeB`\x82"
 HEADER_BYTES = 26
@@ -109,12 +110,11 @@ def depth_of(counts: NDArray, spec: Mapping) -> NDArray:
 
 
 def read_image(path: str | Path, encoding: str) -> NDArray:
-    """Read an image of a capture, its mosaic filled in.
+    """Read a PNG of a capture, its mosaic filled in.
 
     Parameters
     ----------
     path : path
-        PNG file.
     encoding : str
         ``rgb8``, ``mono8``, ``bayer_rggb8``, ``kinect_disparity``, ``millimetre`` or ``counts``.
 
@@ -137,11 +137,11 @@ def read_samples(path: str | Path, encoding: str) -> NDArray:
     pixels = np.frombuffer(content, dtype=np.uint8)
     image = cv2.imdecode(pixels, cv2.IMREAD_UNCHANGED) if _is_whole(content) else None
     if image is None:
-        raise ValueError(f"{path}: image: expected a whole PNG, found one that can't be decoded")
+        raise mismatch(f"{path}: image", "a whole PNG", "one that can't be decoded")
     forms = _form(encoding), (image.itemsize * 8, 1 if image.ndim == 2 else image.shape[2])
     expected, found = (f"{bits} bits, {channels} channels" for bits, channels in forms)
     if found != expected:
-        raise ValueError(f"{path}: {encoding}: expected {expected}, found {found}")
+        raise mismatch(f"{path}: {encoding}", expected, found)
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB) if encoding == "rgb8" else image
 
 
@@ -183,7 +183,7 @@ def write_image(path: str | Path, image: NDArray, encoding: str) -> None:
     shape_fits = image.shape[2:] == ((3,) if channels == 3 else ()) and image.ndim > 1
     if image.dtype != f"uint{bits}" or not shape_fits:
         found = f"{image.dtype} {image.shape}"
-        raise ValueError(f"{path}: {encoding}: expected uint{bits} of its shape, found {found}")
+        raise mismatch(f"{path}: {encoding}", f"uint{bits} of its shape", found)
     pixels = cv2.cvtColor(image, cv2.COLOR_RGB2BGR) if encoding == "rgb8" else image
     # Python writes the file: OpenCV doesn't say why it can't.
     Path(path).write_bytes(cv2.imencode(".png", pixels)[1])
@@ -198,22 +198,7 @@ def mosaic_rggb(rgb: NDArray) -> NDArray:
 
 
 def png_problem(path: str | Path, width_px: int, height_px: int, encoding: str) -> str | None:
-    """Check a PNG's structure without decoding it.
-
-    Parameters
-    ----------
-    path : path
-        File to check.
-    width_px, height_px : int
-        Size that the sensor states.
-    encoding : str
-        Encoding that the sensor states.
-
-    Returns
-    -------
-    str or None
-        What is wrong, as ``expected ..., found ...``; None when nothing is.
-    """
+    """What is wrong with a PNG by its structure, as ``expected ..., found ...``, or None."""
     path = Path(path)
     with path.open("rb") as stream:
         head = stream.read(HEADER_BYTES)
@@ -235,6 +220,5 @@ def png_problem(path: str | Path, width_px: int, height_px: int, encoding: str) 
 
 def _form(encoding: str) -> tuple[int, int]:
     if encoding not in PNG_FORMS:
-        known = ", ".join(PNG_FORMS)
-        raise ValueError(f"encoding: expected one of {known}, found {encoding}")
+        raise mismatch("encoding", f"one of {', '.join(PNG_FORMS)}", encoding)
     return PNG_FORMS[encoding]

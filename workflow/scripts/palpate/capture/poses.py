@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import Akima1DInterpolator
 from scipy.spatial.transform import Rotation, Slerp
 
-from palpate.capture.tables import FRAMES, columns_of, number_text, read_table, write_table
+from palpate.capture.tables import first_frame_s, number_text, read_table, write_table
+from palpate.yaml_files import mismatch
 
 POSES = "probe_poses.csv"
 TIME, PLACE, QUATERNION = "time_s", ["x_m", "y_m", "z_m"], ["qw", "qx", "qy", "qz"]
@@ -65,10 +66,8 @@ class PoseRecord:
         """
         times, known = np.atleast_1d(np.asarray(time_s, dtype=float)), self.time_s
         if len(times) and not (known[0] <= times.min() and times.max() <= known[-1]):
-            raise ValueError(
-                f"{TIME}: expected poses that cover {span(times)} s, found {span(known)} s (nothing"
-                " is extrapolated)"
-            )
+            found = f"{span(known)} s (nothing is extrapolated)"
+            raise mismatch(TIME, f"poses that cover {span(times)} s", found)
         after = np.clip(np.searchsorted(known, times), 1, len(known) - 1)
         start, end = known[after - 1], known[after]
         lost = (end - start > largest_gap_s) & (times != start) & (times != end)
@@ -95,15 +94,12 @@ def read_poses(folder: str | Path) -> PoseRecord:
         That says in a line what is wrong: no table, columns, too few poses, times that do not
         increase, places that are no metres, quaternions that are not of length 1, two frames.
     """
-    folder = Path(folder)
-    path = folder / POSES
-    table = read_table(path)
+    path = Path(folder) / POSES
+    table = read_table(path, NUMBERS)
 
     def fault(column: str, expected: str, found: object) -> ValueError:
-        return ValueError(f"{path}: {column}: expected {expected}, found {found}")
+        return mismatch(f"{path}: {column}", expected, found)
 
-    if missing := [name for name in NUMBERS if name not in table.columns]:
-        raise fault("columns", ", ".join(missing), ", ".join(map(str, table.columns)))
     columns = [name for name in (*NUMBERS, STD, VALID) if name in table.columns]
     numbers = table[columns].apply(pd.to_numeric, errors="coerce").astype(float)
     for row, column in np.argwhere((numbers.isna() & table[columns].notna()).to_numpy())[:1]:
@@ -151,12 +147,6 @@ def write_poses(folder: str | Path, record: PoseRecord) -> None:
         if getattr(record, name):
             table[name] = getattr(record, name)
     write_table(Path(folder) / POSES, table)
-
-
-def first_frame_s(folder: Path) -> float:
-    """When the first frame of a folder was taken by frames.csv [s]; 0 without one."""
-    path = folder / FRAMES
-    return float(columns_of(read_table(path), [TIME])[0, 0]) if path.is_file() else 0.0
 
 
 def span(time_s: NDArray) -> str:

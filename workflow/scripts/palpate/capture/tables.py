@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.files import whole_file
-from palpate.yaml_files import is_file, one_line
+from palpate.yaml_files import is_file, mismatch, one_line
 
 FRAMES, FORCE = "frames.csv", "force.csv"
 GAUGE_COLUMNS = ("v0", "v1", "v2", "v3", "v4", "v5")
@@ -59,30 +59,24 @@ def read_force(folder: str | Path) -> pd.DataFrame:
     Times count from the capture's first frame, if it has any. Stamps in bursts are spread
     (`sampled_s`).
     """
-    path, frames = Path(folder) / FORCE, Path(folder) / FRAMES
-    table, first_s = read_table(path), 0.0
-    if frames.is_file():
-        first_s = columns_of(read_table(frames), ["time_s"])[:1, 0]
+    path = Path(folder) / FORCE
+    table, first_s = read_table(path), first_frame_s(folder)
     time_s, burst = sampled_s(columns_of(table, ["time_s"])[:, 0] - first_s)
     if burst > 1:
         logging.info("%s: its stamps in bursts of %.0f samples, which were spread", path, burst)
     return table.assign(time_s=time_s)
 
 
+def first_frame_s(folder: str | Path) -> float:
+    """When the first frame of a folder was taken by frames.csv [s]; 0 without one."""
+    path = Path(folder) / FRAMES
+    return float(columns_of(read_table(path), ["time_s"])[0, 0]) if path.is_file() else 0.0
+
+
 def force_columns(columns: Iterable, probe: Mapping | None = None) -> tuple[str, ...] | None:
-    """Columns that count: volts where the probe's file says what they stand for, else newtons.
+    """Columns of force.csv that count: volts where the probe's file has their gauge, else newtons.
 
-    Parameters
-    ----------
-    columns : iterable
-        Of force.csv.
-    probe : mapping, optional
-        The probe's file.
-
-    Returns
-    -------
-    tuple of str or None
-        Volts alone where nothing else is there; None where neither is whole.
+    Volts alone where nothing else is there; None where neither is whole.
     """
     sets = [names for names in (GAUGE_COLUMNS, WRENCH_COLUMNS) if set(names) <= set(columns)]
     if len(sets) > 1 and probe is not None and "gauge" not in probe:
@@ -135,19 +129,21 @@ def write_force(folder: str | Path, force: pd.DataFrame) -> None:
     write_table(Path(folder) / FORCE, force)
 
 
-def read_table(path: str | Path) -> pd.DataFrame:
-    """Read a CSV table with exact numbers.
+def read_table(path: str | Path, columns: Iterable[str] = ()) -> pd.DataFrame:
+    """Read a CSV table with exact numbers that has some columns.
 
     Raises
     ------
     ValueError
-        If the file is missing or is no table, it has too many columns or one twice, or rows are
-        longer than the header, whose first cells pandas by itself takes for an index: all columns
-        shift by one.
+        If the file is missing or is no table, a column is missing, there are too many or one twice,
+        or rows are longer than the header, whose first cells pandas by itself takes for an index:
+        all columns shift by one.
     """
     table = _parsed(Path(path))
     if isinstance(table, str):
         raise ValueError(one_line(f"{path}: {table}"))
+    if missing := [name for name in columns if name not in table.columns]:
+        raise mismatch(f"{path}: columns", ", ".join(missing), ", ".join(map(str, table.columns)))
     return table
 
 
@@ -175,15 +171,7 @@ def _parsed(path: Path) -> pd.DataFrame | str:
 
 
 def columns_of(table: Mapping, names: Sequence[str], *, frames: int | None = None) -> NDArray:
-    """Columns of a table as numbers, shape (f, k).
-
-    Parameters
-    ----------
-    table : mapping
-        Columns by name.
-    names : sequence of str
-    frames : int, optional
-        How many rows are expected.
+    """Columns of a table as numbers, shape (f, k); ``frames`` is how many rows are expected.
 
     Raises
     ------
@@ -192,15 +180,15 @@ def columns_of(table: Mapping, names: Sequence[str], *, frames: int | None = Non
     """
     for name in names:
         if name not in table:
-            raise ValueError(f"{name}: expected a column, found none")
+            raise mismatch(name, "a column", "none")
     try:
         values = np.stack([np.asarray(table[name], dtype=float) for name in names], axis=1)
     except (TypeError, ValueError):
-        raise ValueError(f"{names[0]}: expected numbers, found others") from None
+        raise mismatch(names[0], "numbers", "others") from None
     for row, column in np.argwhere(~np.isfinite(values))[:1]:
-        raise ValueError(f"{names[column]}: expected a number in frame {row}, found none")
+        raise mismatch(names[column], f"a number in frame {row}", "none")
     if frames is not None and len(values) != frames:
-        raise ValueError(f"{names[0]}: expected {frames} frames, found {len(values)}")
+        raise mismatch(names[0], f"{frames} frames", len(values))
     return values
 
 
