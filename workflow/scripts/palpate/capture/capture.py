@@ -94,10 +94,7 @@ class Capture:
 
 
 def open_capture(
-    folder: str | Path,
-    *,
-    sensors: str | Path | None = None,
-    probes: str | Path | None = None,
+    folder: str | Path, *, sensors: str | Path | None = None, probes: str | Path | None = None
 ) -> Capture:
     """Open a capture's folder with the files that its object, sensor and probe have.
 

@@ -3,7 +3,7 @@
 import hashlib
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -90,7 +90,7 @@ def checked_object(
     elif spec:
         problems += _check_curves(folder, spec, files=files, probe=probe)
     for place in listed:
-        of_names = _check_sensor(place, sensors, spec.get("points"))
+        of_names = list(_check_sensor(place, sensors, spec.get("points")))
         problems += of_names
         sensor = sensors.get(place.folder.name)
         if sensor is None:
@@ -151,31 +151,26 @@ def _check_template(folder: Path, source: Path, template: Mapping) -> list[str]:
     return []
 
 
-def _check_sensor(place: SensorFolder, sensors: Mapping, points: Mapping | None) -> list[str]:
-    name = place.folder.name
-    if name not in sensors:
-        known = ", ".join(sorted(sensors))
-        return [f"{place.folder}: sensor: expected one of {known}, found {name}"]
-    problems = []
+def _check_sensor(place: SensorFolder, sensors: Mapping, points: Mapping | None) -> Iterator[str]:
+    if (name := place.folder.name) not in sensors:
+        yield f"{place.folder}: sensor: expected one of {', '.join(sorted(sensors))}, found {name}"
+        return
     # Clouds do without one; of a wrong file nobody knows what it is.
     needed = sensors[name] is None or sensors[name]["kind"] != "cloud"
     if not place.has_background and needed:
-        problems.append(f"{place.background}: folder: expected background frames, found nothing")
+        yield f"{place.background}: folder: expected background frames, found nothing"
     for capture in place.captures:
-        problems += _check_name(capture, capture.name, points)
-    return problems
+        yield from _check_name(capture, capture.name, points)
 
 
-def check_twice(captures: Iterable[Path]) -> list[str]:
+def check_twice(captures: Iterable[Path]) -> Iterator[str]:
     """A recording that is there under two names would count twice: a line for each."""
-    problems, known = [], {}
+    known, expected = {}, "expected another recording than the other captures'"
     for path in (capture / FORCE for capture in captures):
         if path.is_file():
             other = known.setdefault(hashlib.sha256(path.read_bytes()).digest(), path.parent)
             if other != path.parent:
-                expected = "expected another recording than the other captures'"
-                problems.append(f"{path}: content: {expected}, found that of {other.name}")
-    return problems
+                yield f"{path}: content: {expected}, found that of {other.name}"
 
 
 def _check_tables_are_there(capture: Path, probe: Mapping | None) -> list[str]:
@@ -198,23 +193,20 @@ def _check_gauge(capture: Path, probe: Mapping | None) -> list[str]:
     return [f"{path}: columns: expected {expected}, found v0..v5"]
 
 
-def _check_curves(folder: Path, spec: Mapping, *, files: bool, probe: Mapping | None) -> list[str]:
+def _check_curves(
+    folder: Path, spec: Mapping, *, files: bool, probe: Mapping | None
+) -> Iterator[str]:
     """Check the curves of an object that declares some, without opening them if not ``files``."""
-    if "curves" not in spec:
-        return []
-    found, path = curve_files(folder), folder / "object.yaml"
-    if not found:
-        return [f"{path}: curves: expected {folder}/<point>.csv, found none"]
-    problems = []
+    found = curve_files(folder) if "curves" in spec else []
+    if "curves" in spec and not found:
+        yield f"{folder / 'object.yaml'}: curves: expected {folder}/<point>.csv, found none"
     for curve in found:
-        lines = _check_name(curve, curve.stem, spec["points"])
-        problems += lines
+        yield from (lines := _check_name(curve, curve.stem, spec["points"]))
         if files and not lines:
             try:
                 declared_curve(curve, spec, probe)
             except ValueError as error:
-                problems.append(str(error))
-    return problems
+                yield str(error)
 
 
 def _check_name(path: Path, name: str, points: Mapping | None) -> list[str]:

@@ -1,7 +1,8 @@
 """Check the tables and images of one recording: everything that is wrong, one line each."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
 from hashlib import file_digest
 from pathlib import Path
 
@@ -68,7 +69,7 @@ def check_frames(
         problems.append(f"{path}: rows: expected at least {fewest}, found {len(table)}")
     problems += check_numbers(path, table, ["frame", "time_s"])
     frame = _finite(table["frame"])
-    for row in np.flatnonzero(frame != np.round(frame))[:1]:
+    for row in np.flatnonzero(frame % 1)[:1]:
         found = f"{number_text(frame[row])} in data row {row + 1}"
         problems.append(f"{path}: frame: expected whole numbers, found {found}")
     problems += _check_increasing(path, table, "frame") + _check_increasing(path, table, "time_s")
@@ -125,18 +126,16 @@ def _finite(column: pd.Series) -> NDArray:
     return values if np.isfinite(values).all() else values[:0]
 
 
-def _check_stream(folder: Path, stream: str, names: Iterable[str], spec: Mapping) -> list[str]:
+def _check_stream(folder: Path, stream: str, names: Iterable[str], spec: Mapping) -> Iterator[str]:
     """Check a stream's images; what is wrong with many of them alike is one line."""
-    alike: dict[str, list[str]] = {}
+    alike = defaultdict(list)
     for name in names:
-        if problem := _image_problem(folder, name, spec):
-            alike.setdefault(problem, []).append(name)
-    lines = []
+        alike[_image_problem(folder, name, spec)].append(name)
+    alike.pop(None, None)
     for problem, wrong in alike.items():
         more = f" (and {len(wrong) - 1} more)" if len(wrong) > 1 else ""
         place = folder / (FRAMES if "files of this folder" in problem else wrong[0])
-        lines.append(f"{place}: {stream}: {problem}{more}")
-    return lines
+        yield f"{place}: {stream}: {problem}{more}"
 
 
 def _image_problem(folder: Path, name: str, spec: Mapping) -> str | None:
@@ -154,12 +153,11 @@ def _image_problem(folder: Path, name: str, spec: Mapping) -> str | None:
     return png_problem(path, spec["width_px"], spec["height_px"], spec["encoding"])
 
 
-def _check_repeated(folder: Path, frames: pd.DataFrame, streams: Iterable[str]) -> list[str]:
+def _check_repeated(folder: Path, frames: pd.DataFrame, streams: Iterable[str]) -> Iterator[str]:
     """Check that no two frames show one image: noise makes each another, so a copy is no new frame.
 
     Only files that share their size with others are read, once each.
     """
-    problems = []
     for stream in streams:
         expected = f"expected another {'cloud' if stream == 'cloud' else 'image'} in each frame"
         names, seen = list(map(str, frames[stream])), {}
@@ -169,9 +167,8 @@ def _check_repeated(folder: Path, frames: pd.DataFrame, streams: Iterable[str]) 
                 first = seen.setdefault(file_digest(file, "sha256").digest(), k)
             if first != k:
                 found = f"found {names[k]} the same as {names[first]}"
-                problems.append(f"{folder / FRAMES}: {stream}: {expected}, {found}")
+                yield f"{folder / FRAMES}: {stream}: {expected}, {found}"
                 break
-    return problems
 
 
 def check_force(path: Path, frames: pd.DataFrame | None) -> list[str]:

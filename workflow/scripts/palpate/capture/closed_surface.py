@@ -21,22 +21,10 @@ SHAPE_ALONE = {
 
 
 def read_surface(path: str | Path, *, unit: str) -> trimesh.Trimesh:
-    """Read a closed surface.
+    """Read a closed surface, in metres, of a file of one of `MESHES`, in m or mm.
 
     Vertices that a texture or normals part are one where the surface is open otherwise, and
     triangles are turned outward.
-
-    Parameters
-    ----------
-    path : path
-        File whose name ends with one of `MESHES`.
-    unit : {"m", "mm"}
-        Unit of its coordinates.
-
-    Returns
-    -------
-    trimesh.Trimesh
-        In metres.
 
     Raises
     ------

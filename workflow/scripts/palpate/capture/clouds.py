@@ -29,16 +29,7 @@ class Cloud(NamedTuple):
 def read_cloud(path: str | Path, unit: str = "m") -> Cloud:
     """Read the points of a PLY or PCD file, organised or not; where some have normals, those alone.
 
-    Parameters
-    ----------
-    path : path
-    unit : {"m", "mm"}, optional
-        Unit of its coordinates.
-
-    Returns
-    -------
-    Cloud
-        Places without a number (NaN) are left out.
+    Its unit is m or mm. Places without a number (NaN) are left out.
 
     Raises
     ------

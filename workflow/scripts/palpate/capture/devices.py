@@ -34,20 +34,10 @@ def add_devices(parser: argparse.ArgumentParser, *names: str) -> None:
 
 
 def found_folder(name: str, given: Path | None, near: Path) -> Path | None:
-    """Where files of sensors or of probes stand.
+    """Where files of ``sensors`` or of ``probes`` stand, by the current folder; None if nowhere.
 
-    Parameters
-    ----------
-    name : {"sensors", "probes"}
-    given : path, optional
-        The folder that was asked for; else ``paths`` of config/config.yaml, or `PLACES`.
-    near : path
-        An object's folder or a capture's, from which the search goes up; then from here.
-
-    Returns
-    -------
-    Path or None
-        As the current folder has it; None if there is none.
+    In the folder that is given; else by ``paths`` of config/config.yaml, or `PLACES`, in the first
+    folder that has them of those from an object or a capture up, and then from here.
     """
     if given is not None:
         return given

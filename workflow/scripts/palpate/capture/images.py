@@ -19,14 +19,8 @@ HEADER_BYTES = 26
 # Depth as counts of a stated size, 0 where there is none; and a Kinect's.
 MILLIMETRE, COUNTS, DISPARITY = "millimetre", "counts", "kinect_disparity"
 # Bits and channels of each encoding, and PNG's colour type by the channels.
-PNG_FORMS = {
-    "rgb8": (8, 3),
-    "mono8": (8, 1),
-    "bayer_rggb8": (8, 1),
-    DISPARITY: (16, 1),
-    MILLIMETRE: (16, 1),
-    COUNTS: (16, 1),
-}
+PNG_FORMS = {"rgb8": (8, 3), "mono8": (8, 1), "bayer_rggb8": (8, 1)}
+PNG_FORMS |= dict.fromkeys((DISPARITY, MILLIMETRE, COUNTS), (16, 1))
 COLOUR_TYPES = {1: 0, 3: 2}
 # OpenCV names a Bayer pattern by its second row and column: RGGB is its "BG".
 RGGB_TO_BGR = cv2.COLOR_BayerBG2BGR_EA
@@ -104,9 +98,8 @@ def depth_of(counts: NDArray, spec: Mapping) -> NDArray:
         return np.where(counts > 0, counts / (1 / count_m(spec)), np.nan)
     disparity = spec["disparity_scale"] * counts.astype(float) + spec["disparity_offset_px"]
     known = (counts != spec["no_reading"]) & (disparity > 0)
-    return np.where(
-        known, spec["fx_px"] * spec["baseline_m"] / np.where(known, disparity, 1), np.nan
-    )
+    focal_px_m = spec["fx_px"] * spec["baseline_m"]
+    return np.where(known, focal_px_m / np.where(known, disparity, 1), np.nan)
 
 
 def read_image(path: str | Path, encoding: str) -> NDArray:

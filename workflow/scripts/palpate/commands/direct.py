@@ -108,7 +108,7 @@ def _captures_of(given: Sequence[Path]) -> list[Path]:
 
 def _opened(folders: Sequence[Path], options: argparse.Namespace) -> list[Capture]:
     """Open captures, none of them twice; what is wrong with any is one error."""
-    captures, wrong = [], check_twice(folders)
+    captures, wrong = [], list(check_twice(folders))
     for folder in folders:
         try:
             captures.append(open_capture(folder, sensors=options.sensors, probes=options.probes))

@@ -20,7 +20,7 @@ from palpate.capture.discover import (
 )
 from palpate.capture.importing.bags import ENDINGS
 from palpate.capture.importing.pose_files import Poses, read_pose_file
-from palpate.capture.importing.recording import ForceTable, Recording, Request, mismatch, shown
+from palpate.capture.importing.recording import ForceTable, Recording, Request, shown
 from palpate.capture.importing.ros import SMALLEST_UNIT_M, BagRecording, read_force_bag
 from palpate.capture.importing.transforms import bag_poses
 from palpate.capture.importing.tum import COLOR_LIST, DEPTH_LIST, TumRecording, is_tum
@@ -30,7 +30,7 @@ from palpate.commands.help import add_verb
 from palpate.config.model import FILL_IN
 from palpate.config.probe import PARTS
 from palpate.config.sensor import HAND_EYE
-from palpate.yaml_files import load_yaml
+from palpate.yaml_files import load_yaml, mismatch
 
 # Recordings about a sensor, raw/sensors/<sensor>/<name>, and whether they have a force.
 OF_SENSORS = NOT_OBJECTS[0]

@@ -1,7 +1,6 @@
 """Which columns of an export are depth and force, and in what unit."""
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,26 +20,18 @@ class Quantity:
     words: tuple[str, ...]
 
 
-DEPTH = Quantity(
-    "depth",
-    LENGTHS,
-    "mm, um, nm",
-    (
-        r"indentation|indent|depth|penetration|eindring\w*",
-        r"tip.?(position|sample|height)?|separation",
-        r"displacement|disp|extension|stroke|travel|compression|deformation|crosshead|weg|verformung",
-        r"position|pos|height|piezo|distance|hub|d|h|u|x|z",
-    ),
+DEPTHS = (
+    r"indentation|indent|depth|penetration|eindring\w*",
+    r"tip.?(position|sample|height)?|separation",
+    r"displacement|disp|extension|stroke|travel|compression|deformation|crosshead|weg|verformung",
+    r"position|pos|height|piezo|distance|hub|d|h|u|x|z",
 )
-FORCE = Quantity(
-    "force",
-    FORCES,
-    "N, mN, uN",
-    (
-        r"force|load|vdeflection|kraft|standardkraft|last|f|p|fn",
-        r"f[xyz]|deflection|vertical.?deflection",
-    ),
+DEPTH = Quantity("depth", LENGTHS, "mm, um, nm", DEPTHS)
+LOADS = (
+    r"force|load|vdeflection|kraft|standardkraft|last|f|p|fn",
+    r"f[xyz]|deflection|vertical.?deflection",
 )
+FORCE = Quantity("force", FORCES, "N, mN, uN", LOADS)
 # Words of what is neither; and of what a unit alone does not make one.
 NEITHER = r"torque|moment|stiffness|energy|work|stress|strain|rate|speed|velocity"
 OTHERS = re.compile(
@@ -84,14 +75,7 @@ class Column:
 def column_of(
     export: Export, quantity: Quantity, column: str | None = None, unit: str | None = None
 ) -> Column:
-    """The column of a quantity.
-
-    Parameters
-    ----------
-    export : Export
-    quantity : Quantity
-    column, unit : str, optional
-        What a person says of it: its name or number (from 1), and its unit.
+    """The column of a quantity; a person may say its name or number (from 1), and its unit.
 
     Raises
     ------
@@ -105,13 +89,13 @@ def column_of(
     found = export.headers[place]
     used = found.unit if unit is None else plain(unit)
     if unit is not None and used not in quantity.units:
-        known = ", ".join(quantity.units)
-        raise fault(export.path, f"--{quantity.name}-unit: expected one of {known}, found {unit}")
+        known = f"one of {', '.join(quantity.units)}"
+        raise fault(export.path, f"--{quantity.name}-unit", known, unit)
     written = UNITS.get(found.unit, found.unit) or found.marked
     if used not in quantity.units:
         shown = export.names[place] if export.names else found.name
-        line = _no_unit(quantity, written, named=column is not None)
-        raise fault(export.path, f"{shown}: expected a unit of {quantity.name}, found {line}")
+        found = _no_unit(quantity, written, named=column is not None)
+        raise fault(export.path, shown, f"a unit of {quantity.name}", found)
     text = f"{quantity.name} in {UNITS.get(used, used)}"
     text += "" if plain(found.name) == quantity.name else f" ({found.name})"
     warnings = []
@@ -148,7 +132,7 @@ def _place_of(export: Export, column: str, option: str) -> int:
     ):
         if known.count(wanted) == 1:
             return known.index(wanted)
-    raise fault(export.path, f"{option}: expected one of {_listed(export)}, found {column}")
+    raise fault(export.path, option, f"one of {_listed(export)}", column)
 
 
 def _found_place(export: Export, quantity: Quantity) -> int:
@@ -161,8 +145,7 @@ def _found_place(export: Export, quantity: Quantity) -> int:
     what = f"one column of {quantity.name}" if export.names else "names of the columns"
     found = ", ".join(export.names[k] for k in places) or _listed(export)
     how = "NAME, or its number" if export.names else "and its number, from 1"
-    remedy = f"say --{quantity.name}-column {how}"
-    raise fault(export.path, f"columns: expected {what}, found {found} ({remedy})")
+    raise fault(export.path, "columns", what, f"{found} (say --{quantity.name}-column {how})")
 
 
 def _rank(one: Header, quantity: Quantity) -> tuple[int, int] | None:
@@ -201,7 +184,6 @@ def is_tips(export: Export, tip_m: NDArray, force_n: NDArray, stiffness_n_m: flo
 
     Parameters
     ----------
-    export : Export
     tip_m, force_n : (n,) arrays
         Columns of the export, with the signs that make both grow in the indentation [m, N].
     stiffness_n_m : float
@@ -219,9 +201,3 @@ def is_tips(export: Export, tip_m: NDArray, force_n: NDArray, stiffness_n_m: flo
             if whole.all() and off < WHOLE * np.std(rows[right, 1]):
                 return True
     return False
-
-
-def numbers_of(columns: Sequence[NDArray]) -> tuple[list[NDArray], int]:
-    """Columns without the rows where one has no number, and how many those are."""
-    right = np.isfinite(columns).all(axis=0)
-    return [column[right] for column in columns], int((~right).sum())

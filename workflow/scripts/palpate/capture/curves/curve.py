@@ -7,16 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.capture.curves.columns import (
-    DEPTH,
-    FORCE,
-    Column,
-    column_of,
-    is_tips,
-    numbers_of,
-)
+from palpate.capture.curves.columns import DEPTH, FORCE, Column, column_of, is_tips
 from palpate.capture.curves.export import fault, read_export
 from palpate.capture.curves.phases import Phases, free_from, outlier, phases_of, signs_of
+from palpate.yaml_files import mismatch
 
 FEWEST_SAMPLES = 5
 # More rows without a number are another table than was thought.
@@ -113,11 +107,12 @@ def read_curve(
     given = {"radius_m": radius_m, "stiffness_n_m": stiffness_n_m}
     for name, value in given.items():
         if value is not None and not 0 < value < np.inf:
-            raise ValueError(f"{name}: expected above 0, found {value}")
+            raise mismatch(name, "above 0", value)
     export = read_export(path)
     depth = column_of(export, DEPTH, depth_column, depth_unit)
     force = column_of(export, FORCE, force_column, force_unit)
-    columns, left_out = numbers_of([depth.values, force.values])
+    right = np.isfinite([depth.values, force.values]).all(axis=0)
+    columns, left_out = [depth.values[right], force.values[right]], int((~right).sum())
     _check_samples(export.path, columns, left_out)
     signs, plain = signs_of(*columns)
     of_tip = depth.of_tip
@@ -159,9 +154,9 @@ def _chosen(path: str, used: NDArray, phases: Phases) -> NDArray:
     """Places of the used samples of the loading."""
     chosen = phases.loading.start + np.flatnonzero(used[phases.loading])
     if len(chosen) < FEWEST_SAMPLES:
-        expected = f"expected {FEWEST_SAMPLES} samples or more of loading, in range"
+        expected = f"{FEWEST_SAMPLES} samples or more of loading, in range"
         found = f"{len(chosen)} of {len(used)} (are depth and force the right columns?)"
-        raise fault(path, f"rows: {expected}, found {found}")
+        raise fault(path, "rows", expected, found)
     return chosen
 
 
@@ -211,24 +206,23 @@ def _warnings_of_spring(
 def _check_spring(name: str, bent_m: float, way_m: float) -> None:
     if bent_m > way_m:
         found = f"one that gives way by {bent_m:.3g} m (is {name} the tip's own, or it another?)"
-        expected = f"expected a spring that gives way by less than the depth's {way_m:.3g} m"
-        raise ValueError(f"--stiffness-n-m: {expected}, found {found}")
+        expected = f"a spring that gives way by less than the depth's {way_m:.3g} m"
+        raise mismatch("--stiffness-n-m", expected, found)
 
 
 def _check_samples(path: str, columns: Sequence[NDArray], left_out: int) -> None:
     count = len(columns[0])
     if count < FEWEST_SAMPLES or left_out > MOST_LEFT_OUT * (count + left_out):
-        expected = f"expected at least {FEWEST_SAMPLES} rows with depth and force, and few without"
-        raise fault(path, f"rows: {expected}, found {count} and {left_out} rows without")
+        expected = f"at least {FEWEST_SAMPLES} rows with depth and force, and few without"
+        raise fault(path, "rows", expected, f"{count} and {left_out} rows without")
     for name, values in zip(NAMES, columns, strict=True):
         if not np.ptp(values) > 0:
-            expected = f"expected a column that changes (--{name}-column names another)"
-            raise fault(path, f"{name}: {expected}, found {values[0]:g} throughout")
-        place = outlier(values)
-        if place is not None:
+            expected = f"a column that changes (--{name}-column names another)"
+            raise fault(path, name, expected, f"{values[0]:g} throughout")
+        if (place := outlier(values)) is not None:
             found = f"{values[place]:.6g} in row {place + 1} of the numbers (take it out)"
-            expected = "expected no sample that leaves its neighbours by several times their range"
-            raise fault(path, f"{name}: {expected}, found {found}")
+            expected = "no sample that leaves its neighbours by several times their range"
+            raise fault(path, name, expected, found)
 
 
 def _within(path: str, position: NDArray, range_m: tuple[float, float] | None) -> NDArray:
@@ -239,6 +233,5 @@ def _within(path: str, position: NDArray, range_m: tuple[float, float] | None) -
     if used.sum() < FEWEST_SAMPLES:
         ends = f"{1e3 * position.min():g} to {1e3 * position.max():g} mm"
         found = f"{1e3 * range_m[0]:g} to {1e3 * range_m[1]:g}"
-        line = f"--range-mm: expected a part of the depth's column, {ends}, found {found}"
-        raise fault(path, line)
+        raise fault(path, "--range-mm", f"a part of the depth's column, {ends}", found)
     return used

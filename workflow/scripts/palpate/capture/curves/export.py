@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.capture.curves.units import LENGTHS, MICRO, PER_M, Header, are_units, header
-from palpate.yaml_files import one_line
+from palpate.yaml_files import mismatch, one_line
 
 LARGEST_BYTES = 2**28
 MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
@@ -40,21 +40,14 @@ GROUP = re.compile(r"\d[,. ]\d{3}(?!\d)")
 LONGEST_SHOWN = 60
 SPRINGS = "spring[ _]?constant|(?:cantilever|spring)[ _](?:stiffness|k)"
 # In a preamble: Tip radius (um) 27.5; Spring Constant: 0.04 N/m; k (N/m) 0.019.
-STATED = [
-    (
-        name,
-        re.compile(
-            rf"\b(?P<word>{words})\W*?(?P<before>{unit})?\W*?"
-            rf"(?P<value>\d+\.?\d*(?:e[+-]?\d+)?)\s*(?P<behind>{unit})?(?![\w.]|,\d)",
-            re.IGNORECASE,
-        ),
-        units,
-    )
-    for name, words, unit, units in (
-        ("radius_m", "(?:tip|probe|indenter|sphere|bead)[ _]?radius", "[munc]?m", LENGTHS),
-        ("stiffness_n_m", f"k|{SPRINGS}", "[mnp]?N/n?m", PER_M),
-    )
-]
+STATED = {
+    "radius_m": ("(?:tip|probe|indenter|sphere|bead)[ _]?radius", "[munc]?m", LENGTHS),
+    "stiffness_n_m": (f"k|{SPRINGS}", "[mnp]?N/n?m", PER_M),
+}
+STATES = (
+    r"(?i)\b(?P<word>{words})\W*?(?P<before>{unit})?\W*?"
+    r"(?P<value>\d+\.?\d*(?:e[+-]?\d+)?)\s*(?P<behind>{unit})?(?![\w.]|,\d)"
+)
 
 
 @dataclass(frozen=True)
@@ -98,10 +91,8 @@ class Layout:
 
     def number(self, cell: str) -> float:
         """Number of a cell, NaN of others."""
-        if not self.is_number(cell):
-            return np.nan
         plain = cell.replace("." if self.decimal == "," else ",", "").replace(",", ".")
-        return float(plain.lower().replace("d", "e"))
+        return float(plain.lower().replace("d", "e")) if self.is_number(cell) else np.nan
 
     def row(self, line: str) -> list[float] | None:
         """Numbers of a line of the table; None of other lines."""
@@ -117,22 +108,17 @@ class Layout:
         return (len(cells), numbers) if numbers >= 2 else None
 
 
-def fault(path: str, line: str) -> ValueError:
+def fault(path: str, field: str, expected: str, found: object) -> ValueError:
     """Error of a file, on one line."""
-    return ValueError(one_line(f"{path}: {line}"))
+    return ValueError(one_line(str(mismatch(f"{path}: {field}", expected, found))))
 
 
 def read_export(path: str | Path) -> Export:
-    """Read the table of numbers that a text file holds.
+    """Read the table of numbers that a text file, or ``-`` for standard input, holds.
 
     Lines before it are its preamble, of which the last may name the columns and their units; so may
     the lines of a comment. Tables that other lines part, like the segments of one curve, are read
     as one.
-
-    Parameters
-    ----------
-    path : path
-        ``-`` is standard input.
 
     Raises
     ------
@@ -145,11 +131,8 @@ def read_export(path: str | Path) -> Export:
     found = _layout(lines[:LOOKED_AT])
     if found is None:
         first = next((line.strip() for line in lines if line.strip()), "nothing")
-        expected = (
-            f"expected a text table of {FEWEST_ROWS} or more rows with two or more numbers"
-            " (export it as text or CSV)"
-        )
-        raise fault(shown, f"file: {expected}, found {first[:LONGEST_SHOWN]}")
+        expected = f"a text table of {FEWEST_ROWS} or more rows with two or more numbers"
+        raise fault(shown, "file", f"{expected} (export it as text or CSV)", first[:LONGEST_SHOWN])
     layout, begins = found
     before = [line for line in lines[:begins] if line.strip()]
     after = [(line, layout.row(line)) for line in lines[begins:] if line.strip()]
@@ -175,12 +158,12 @@ def _text(path: str | Path, shown: str) -> tuple[str, str]:
         content = sys.stdin.buffer.read(LARGEST_BYTES + 1)
     elif not Path(path).is_file():
         found = "a folder" if Path(path).is_dir() else "nothing"
-        raise fault(shown, f"file: expected a table of a curve, found {found}")
+        raise fault(shown, "file", "a table of a curve", found)
     else:
         with Path(path).open("rb") as stream:
             content = stream.read(LARGEST_BYTES + 1)
     if len(content) > LARGEST_BYTES:
-        raise fault(shown, f"file: expected at most {LARGEST_BYTES >> 20} MB, found more")
+        raise fault(shown, "file", f"at most {LARGEST_BYTES >> 20} MB", "more")
     encodings = [name for mark, name in MARKS.items() if content.startswith(mark)]
     if not encodings and content[:200].count(0) > len(content[:200]) / 4:
         encodings = ["utf-16-le" if content[1:2] == b"\0" else "utf-16-be"]
@@ -191,8 +174,7 @@ def _text(path: str | Path, shown: str) -> tuple[str, str]:
             continue
         if "\0" not in text:
             return text, encoding
-    expected = "expected text, found other bytes (export the curve as text or CSV)"
-    raise fault(shown, f"file: {expected}")
+    raise fault(shown, "file", "text", "other bytes (export the curve as text or CSV)")
 
 
 def _layout(lines: Sequence[str]) -> tuple[Layout, int] | None:
@@ -231,8 +213,8 @@ def _check_thousands(shown: str, layout: Layout, lines: Sequence[str]) -> tuple[
         bare = len(signed) < len(column) - column.count("")
         whole = bool(grouped) and len(grouped) == len(signed)
         if mixed or (whole and (bare or layout.delimiter == layout.decimal)):
-            expected = "expected numbers without separators of thousands (export them without)"
-            raise fault(shown, f"rows: {expected}, found {(mixed or grouped)[0]}")
+            expected = "numbers without separators of thousands (export them without)"
+            raise fault(shown, "rows", expected, (mixed or grouped)[0])
         if whole and (layout.delimiter == ";" or layout.decimal == ","):
             sign = "points" if layout.decimal == "." else "commas"
             numbers = f"numbers like {grouped[0]} have {sign} as of thousands"
@@ -278,8 +260,8 @@ def _header_cells(layout: Layout, line: str) -> list[str] | None:
 def _stated(preamble: Sequence[str]) -> dict[str, float]:
     """What the lines before a table state of the indenter, in SI units."""
     found = {}
-    for line, (name, pattern, units) in product(preamble, STATED):
-        match = pattern.search(line.translate(MICRO))
+    for line, (name, (words, unit, units)) in product(preamble, STATED.items()):
+        match = re.search(STATES.format(words=words, unit=unit), line.translate(MICRO))
         if match and float(match["value"]) > 0:
             # A letter k alone may be anything's.
             bare = "" if match["word"].lower() == "k" else "1"

@@ -14,7 +14,8 @@ from rosbags import rosbag1, rosbag2
 from rosbags.interfaces import Connection, TopicInfo
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from palpate.capture.importing.recording import NANOSECONDS, mismatch, shown
+from palpate.capture.importing.recording import NANOSECONDS, shown
+from palpate.yaml_files import mismatch
 
 IMAGE = "sensor_msgs/msg/Image"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
@@ -68,10 +69,6 @@ class Bag:
     def messages(self, topics: Iterable[str]) -> Iterator[tuple[str, int, Any]]:
         """Messages of some topics in the order in which they were received.
 
-        Parameters
-        ----------
-        topics : iterable of str
-
         Yields
         ------
         topic : str
@@ -111,25 +108,15 @@ class Bag:
         place = f"{self.path}: {shown(connection.topic)}: type"
         if name not in self._store.fielddefs:
             raise mismatch(place, "one that ROS defines", shown(name))
-        known = (
-            self._store.generate_msgdef(name)[1] if self._ros1 else self._store.hash_rihs01(name)
-        )
+        store = self._store
+        known = store.generate_msgdef(name)[1] if self._ros1 else store.hash_rihs01(name)
         if digest and digest not in ("*", known):
             raise mismatch(place, f"{name} {known}", shown(digest))
 
 
 @contextmanager
 def open_bag(path: str | Path) -> Iterator[Bag]:
-    """Open a bag.
-
-    Parameters
-    ----------
-    path : path
-        A ``.bag`` of ROS 1, a folder of ROS 2 with ``metadata.yaml``, or one ``.mcap`` or ``.db3``.
-
-    Yields
-    ------
-    Bag
+    """Open a ``.bag`` of ROS 1, a folder of ROS 2 with ``metadata.yaml``, a ``.mcap`` or ``.db3``.
 
     Raises
     ------

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from palpate.capture.images import COUNTS
 from palpate.capture.importing.pixels import METRES, Form
-from palpate.capture.importing.recording import Content, Request, is_capture, mismatch, named
+from palpate.capture.importing.recording import Content, Request, is_capture, named
 from palpate.config.model import FILL_IN, blank_fields, problems
 from palpate.config.sensor import COEFFICIENTS, SensorSpec
 from palpate.units import MILLIMETRES
-from palpate.yaml_files import load_yaml
+from palpate.yaml_files import load_yaml, mismatch
 
 NO_DISTORTION = [0.0] * 5
 # Names of OpenCV's model, with its numbers of coefficients. RealSense calls that of its colour
@@ -44,22 +44,10 @@ HEAD = """\
 
 
 def camera_block(info: Any, form: Form, topic: str) -> dict:
-    """Size, encoding and optics of one camera from a CameraInfo message.
+    """Block of one camera in a sensor's file from a CameraInfo of ROS 1 or 2, without its place.
 
-    Parameters
-    ----------
-    info
-        CameraInfo of ROS 1 or ROS 2.
-    form : Form
-        Of the camera's images.
-    topic : str
-        Of the camera's images. Those called ``image_rect...`` are free of the distortion that the
-        message states; their optics are those of its projection matrix.
-
-    Returns
-    -------
-    dict
-        ``color`` or ``depth`` block of a sensor's file, without ``color_from_depth``.
+    Form and topic are those of its images. Images whose topic is called ``image_rect...`` are free
+    of the distortion that the message states; their optics are those of its projection matrix.
 
     Raises
     ------
@@ -120,8 +108,7 @@ def shortest(distortion: Sequence[float]) -> list[float]:
 
 def plain_block(form: Form, intrinsics: Iterable[float], distortion: Iterable[float]) -> dict:
     """Camera block of a sensor's file from fx, fy, cx, cy [px] and its distortion."""
-    names = ("fx_px", "fy_px", "cx_px", "cy_px")
-    optics = {name: float(value) for name, value in zip(names, intrinsics, strict=True)}
+    optics = dict(zip(("fx_px", "fy_px", "cx_px", "cy_px"), map(float, intrinsics), strict=True))
     size = {"width_px": form.width_px, "height_px": form.height_px, "encoding": form.stored}
     return size | optics | {"distortion": [float(value) for value in distortion]}
 
@@ -132,22 +119,10 @@ def rows(transform: NDArray) -> list[list[float]]:
 
 
 def sensor_of(request: Request, content: Content, rate_hz: float) -> tuple[dict, str | None]:
-    """Specification of a recording's sensor: its file's, or a new one.
+    """Specification of a recording's sensor, with ``rate_hz`` frames per second, and a file's text.
 
-    Parameters
-    ----------
-    request : Request
-        Fields of its sensor file that are left to fill in are taken from the recording.
-    content : Content
-        What the recording holds.
-    rate_hz : float
-        Frames per second.
-
-    Returns
-    -------
-    spec : dict
-    text : str or None
-        Text of the file, where none is there, or one with fields left to fill in.
+    Fields of its file that are left to fill in are taken from the recording; the text is None where
+    the file is whole as it is.
 
     Raises
     ------

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.capture.importing.optics import NO_DISTORTION, coefficients, shortest
-from palpate.capture.importing.recording import mismatch, named
+from palpate.capture.importing.recording import named
 from palpate.config.model import problems
 from palpate.config.sensor import LONGEST_SHIFT_M, CameraSpec, rigid_fault
-from palpate.yaml_files import load_yaml
+from palpate.yaml_files import load_yaml, mismatch
 
 OPENCV_MARK = b"opencv-matrix"
 # Names of fields as `ros2 topic echo` prints a camera_info.
@@ -37,13 +37,9 @@ class StatedOptics:
 def read_optics(paths: Sequence[Path], size_px: tuple[int, int] | None = None) -> StatedOptics:
     """Read calibration files of one kind.
 
-    Parameters
-    ----------
-    paths : sequence of path
-        A Kalibr ``camchain.yaml``, files of OpenCV's FileStorage, or one or two ``camera_info``
-        files of ROS, or as its topic prints them.
-    size_px : (width, height), optional
-        Of the pictures, where OpenCV's file does not say it.
+    A Kalibr ``camchain.yaml``, files of OpenCV's FileStorage, with the pictures' width and height
+    where these do not say it, or one or two ``camera_info`` files of ROS, or as its topic prints
+    them.
 
     Raises
     ------
@@ -78,9 +74,9 @@ def _kalibr(content: Mapping) -> StatedOptics:
 
 
 def _kalibr_camera(block: Mapping, name: str) -> dict:
-    with named(name):
-        models = {field: _at(block, field) for field in ("camera_model", "distortion_model")}
-    for (field, found), known in zip(models.items(), ("pinhole", "radtan"), strict=True):
+    for field, known in (("camera_model", "pinhole"), ("distortion_model", "radtan")):
+        with named(name):
+            found = _at(block, field)
         if found != known:
             raise mismatch(f"{name}.{field}", known, found)
     with named(name):

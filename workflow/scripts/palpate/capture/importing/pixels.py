@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from palpate.capture.images import MILLIMETRE
-from palpate.capture.importing.recording import mismatch
+from palpate.yaml_files import mismatch
 
 # Floating-point depths [m].
 METRES = "32FC1"
@@ -114,14 +114,7 @@ def file_form(data: bytes) -> Form:
 
 
 def pixels_of(message: Any, form: Form) -> NDArray:
-    """Pixels of an Image or CompressedImage message.
-
-    Parameters
-    ----------
-    message
-        Of ROS.
-    form : Form
-        What it must have.
+    """Pixels of an Image or CompressedImage message of some form.
 
     Returns
     -------

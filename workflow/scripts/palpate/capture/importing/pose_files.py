@@ -13,8 +13,9 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from palpate.capture.importing.recording import Request, mismatch, named, shown
+from palpate.capture.importing.recording import Request, named, shown
 from palpate.capture.poses import FEWEST_POSES, LENGTH_TOLERANCE, NUMBERS, PLACE, POSES, PoseRecord
+from palpate.yaml_files import mismatch
 
 if TYPE_CHECKING:
     from palpate.capture.importing.transforms import Tree
@@ -77,11 +78,7 @@ class Sheet:
 def read_pose_file(path: Path, request: Request) -> Poses:
     """Poses of one tool of a tracker's export, of a TUM trajectory or of a probe_poses.csv.
 
-    Parameters
-    ----------
-    path : Path
-    request : Request
-        Its ``tracked`` names the tool where there are several, its ``base`` the base frame.
+    Of the request, ``tracked`` names the tool where there are several, ``base`` the base frame.
 
     Raises
     ------

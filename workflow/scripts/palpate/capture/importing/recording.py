@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 import pandas as pd
@@ -14,11 +14,9 @@ from tqdm import tqdm
 
 from palpate.capture.check_capture import FEWEST_FRAMES
 from palpate.capture.discover import BACKGROUND, NOT_OBJECTS
+from palpate.capture.importing.pixels import Form
 from palpate.capture.tables import WRENCH_COLUMNS, sampled_s
-from palpate.yaml_files import one_line
-
-if TYPE_CHECKING:
-    from palpate.capture.importing.pixels import Form
+from palpate.yaml_files import mismatch, one_line
 
 NANOSECONDS = 1_000_000_000
 NS_PER_MS = 1_000_000
@@ -33,11 +31,11 @@ Request = argparse.Namespace
 
 
 @dataclass(frozen=True)
-class Stream:
+class Images:
     """Images of one camera, in the order of the recording."""
 
     name: str  # topic or file, for messages
-    form: "Form"  # of all of them
+    form: Form  # of all of them
     times_ns: NDArray  # (n,) int64: their stamps [ns]
 
 
@@ -45,8 +43,8 @@ class Stream:
 class Content:
     """What a first look at a recording finds."""
 
-    color: Stream
-    depth: Stream
+    color: Images
+    depth: Images
     depth_unit_m: float  # what one count of a depth image is [m]
     depth_unit_from: str  # who says so, in words
     # ``time_s`` [s] and the wrench [N, Nm], by time; None if the recording holds none.
@@ -112,11 +110,6 @@ def is_capture(folder: Path) -> bool:
     return folder.name != BACKGROUND and folder.parents[1].name != NOT_OBJECTS[0]
 
 
-def mismatch(field: object, expected: object, found: object) -> ValueError:
-    """Error to raise where a field of a recording is not as expected."""
-    return ValueError(f"{field}: expected {expected}, found {found}")
-
-
 @contextmanager
 def named(path: Path | str, *within: str) -> Iterator[None]:
     """Name a file, and a place within it, in errors that don't begin with the file's name."""
@@ -169,15 +162,15 @@ def frames_of(
     color, depth = content.color, content.depth
     within_ns = None if pairing_ms is None else round(pairing_ms * NS_PER_MS)
     pairs = paired(color.times_ns, depth.times_ns, within_ns)
-    within = f"within half a frame ({pairs.within_ns / NS_PER_MS:.1f} ms)"
-    within = within if pairing_ms is None else f"within {pairing_ms:g} ms"
+    half = f"half a frame ({pairs.within_ns / NS_PER_MS:.1f} ms)"
+    within = half if pairing_ms is None else f"{pairing_ms:g} ms"
     missed = _missed(pairs)
     if len(pairs.color) < FEWEST_FRAMES:
-        expected = f"at least {FEWEST_FRAMES} pairs of images {within}"
+        expected = f"at least {FEWEST_FRAMES} pairs of images within {within}"
         raise mismatch("frames", expected, f"{len(pairs.color)}{missed}")
     notes = [
-        *_unpaired(color, pairs.color, f"depth image {within}", missed),
-        *_unpaired(depth, pairs.depth, f"color image {within}", missed),
+        *_unpaired(color, pairs.color, f"depth image within {within}", missed),
+        *_unpaired(depth, pairs.depth, f"color image within {within}", missed),
     ]
     for name, known_s in covers.items():
         times_s = color.times_ns[pairs.color] / NANOSECONDS
@@ -209,10 +202,6 @@ def paired(color_ns: NDArray, depth_ns: NDArray, within_ns: float | None = None)
         How far apart they may be [ns]; half a frame if not given. A frame lasts as long as the
         median interval of the faster stream.
 
-    Returns
-    -------
-    Pairs
-
     Raises
     ------
     ValueError
@@ -242,16 +231,13 @@ def _interval(times_ns: NDArray, name: str) -> float:
 
 def _nearest(times: NDArray, others: NDArray, *, later: bool) -> NDArray:
     """Place of the nearest other time for each time; of one stamp's images, the first."""
-    order = np.argsort(others, kind="stable")
-    ordered = others[order]
+    ordered, place = np.unique(others, return_index=True)
     after = np.clip(np.searchsorted(ordered, times), 1, len(ordered) - 1)
-    before = after - 1
-    nearer = (times - ordered[before]) - (ordered[after] - times)
-    closer = np.where((nearer > 0) | ((nearer == 0) & later), after, before)
-    return order[np.searchsorted(ordered, ordered[closer])]
+    nearer = (times - ordered[after - 1]) - (ordered[after] - times)
+    return place[np.where((nearer > 0) | ((nearer == 0) & later), after, after - 1)]
 
 
-def _unpaired(stream: Stream, used: NDArray, partner: str, missed: str) -> Iterator[str]:
+def _unpaired(stream: Images, used: NDArray, partner: str, missed: str) -> Iterator[str]:
     """Note on the images without a partner."""
     left = np.setdiff1d(np.arange(len(stream.times_ns)), used)
     if len(left):

@@ -17,16 +17,16 @@ from palpate.capture.importing.pose_files import rigid
 from palpate.capture.importing.recording import (
     Content,
     ForceTable,
+    Images,
     Request,
-    Stream,
     force_table,
-    mismatch,
     named,
     progress,
     shown,
 )
 from palpate.capture.importing.transforms import STATIC, Tree, parts
 from palpate.units import MILLIMETRES
+from palpate.yaml_files import mismatch
 
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
 CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
@@ -78,7 +78,7 @@ class BagRecording:
                 with named(self._path, shown(depth)):
                     unit_m, said = _depth_unit_m(bag, depth, self._forms[depth])
         streams = (
-            Stream(shown(topic), self._forms[topic], np.array(times_ns[topic], dtype=np.int64))
+            Images(shown(topic), self._forms[topic], np.array(times_ns[topic], dtype=np.int64))
             for topic in self._topics.values()
         )
         force, found = force_table(times_ns[self._wrench], wrench) if self._wrench else (None, ())

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from palpate.capture.importing.bags import TRANSFORMS, Bag, chosen, held, open_bag, stamp_ns
 from palpate.capture.importing.optics import rows
 from palpate.capture.importing.pose_files import Poses, pose_record, rigid
-from palpate.capture.importing.recording import NANOSECONDS, Request, mismatch, named, shown
+from palpate.capture.importing.recording import NANOSECONDS, Request, named, shown
 from palpate.capture.poses import LARGEST_GAP_S, PoseRecord
+from palpate.yaml_files import mismatch
 
 STATIC = "tf_static"
 POSE_STAMPED, JOINTS = "geometry_msgs/msg/PoseStamped", "sensor_msgs/msg/JointState"
@@ -33,10 +34,9 @@ class Tree:
         for topic, _, message in bag.messages(topics):
             for one in message.transforms:
                 key = parent, child = plain(one.header.frame_id), plain(one.child_frame_id)
-                self._stated[key][0].append(stamp_ns(one, 0))
-                self._stated[key][1].extend(
-                    parts(one.transform.rotation, one.transform.translation)
-                )
+                times_ns, values = self._stated[key]
+                times_ns.append(stamp_ns(one, 0))
+                values.extend(parts(one.transform.rotation, one.transform.translation))
                 self.beside[parent].add(child)
                 self.beside[child].add(parent)
                 self._fixed |= {key} if topic.endswith(STATIC) else set()
@@ -113,15 +113,9 @@ class Tree:
 
 
 def bag_poses(path: Path, topic: str | None, request: Request) -> Poses:
-    """Poses of the tracked frame in the base frame that a bag holds.
+    """Poses of the tracked frame in the base frame, as the request names them, that a bag holds.
 
-    Parameters
-    ----------
-    path : Path
-    topic : str or None
-        A topic of PoseStamped or of transforms; found by their types if None.
-    request : Request
-        Its ``base`` and ``tracked`` name the frames.
+    By a topic of PoseStamped or of transforms, which is found by their types if it is None.
 
     Raises
     ------
@@ -180,14 +174,7 @@ def _of_topic(bag: Bag, topic: str, request: Request) -> Poses:
 
 
 def placed(poses: Poses, camera: str) -> tuple[dict, tuple[str, ...]]:
-    """Block ``base`` of a sensor's file, if a bag's transforms hold a camera still, and notes.
-
-    Parameters
-    ----------
-    poses : Poses
-    camera : str
-        Optical frame of the reference camera.
-    """
+    """Block ``base`` of a sensor's file, if transforms hold a camera's frame still, and notes."""
     base, camera = poses.record.base, plain(camera)
     if poses.tree is None or camera not in poses.tree.joined(base):
         return {}, ()

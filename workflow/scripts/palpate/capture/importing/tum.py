@@ -10,15 +10,8 @@ from numpy.typing import NDArray
 from palpate.capture.importing.bags import LARGEST_BYTES
 from palpate.capture.importing.optics import NO_DISTORTION, plain_block, rows
 from palpate.capture.importing.pixels import file_form, file_pixels
-from palpate.capture.importing.recording import (
-    NANOSECONDS,
-    Content,
-    Request,
-    Stream,
-    mismatch,
-    named,
-    shown,
-)
+from palpate.capture.importing.recording import NANOSECONDS, Content, Images, Request, named, shown
+from palpate.yaml_files import mismatch
 
 COLOR_LIST, DEPTH_LIST = "rgb.txt", "depth.txt"
 # What a count of a depth image usually is [m].
@@ -46,7 +39,7 @@ class TumRecording:
                 if form.kind != kind:
                     expected = "16-bit depth" if kind == "depth" else "colour or grey"
                     raise mismatch(kind, expected, form.encoding)
-            self._streams[kind] = Stream(str(path / name), form, times_ns)
+            self._streams[kind] = Images(str(path / name), form, times_ns)
 
     def survey(self) -> Content:
         """What the lists say; see `Recording`."""

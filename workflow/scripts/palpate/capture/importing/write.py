@@ -35,12 +35,12 @@ from palpate.capture.importing.recording import (
     Request,
     frames_of,
     is_capture,
-    mismatch,
     progress,
 )
 from palpate.capture.importing.transforms import placed
 from palpate.capture.poses import write_poses
 from palpate.capture.tables import write_force, write_frames
+from palpate.yaml_files import mismatch
 
 LARGEST_COUNT = 65535
 # Between camera and bench lies so much.
@@ -55,21 +55,10 @@ def import_recording(
     force: ForceTable | None = None,
     poses: Poses | None = None,
 ) -> list[str]:
-    """Write a recording as a capture.
+    """Write a recording as a capture: what was found and written, and what left out, a line each.
 
-    Parameters
-    ----------
-    recording : Recording
-    request : Request
-    force : table of force.csv and notes on it, optional
-        If the recording itself holds no wrench; without any, the capture has no force.
-    poses : Poses, optional
-        Of the probe, in place of a target in the images.
-
-    Returns
-    -------
-    list of str
-        What was found and written, and what was left out and why, a line each.
+    Force is the table of force.csv and notes on it, if the recording itself holds no wrench;
+    without any, the capture has none. Poses are the probe's, in place of a target in the images.
 
     Raises
     ------
