@@ -5,8 +5,14 @@ import numpy as np
 import pandas as pd
 import pytest
 from palpate.capture.check_capture import check_capture
-from palpate.capture.clouds import read_cloud
-from palpate.capture.images import depth_of, mosaic_rggb, png_problem, read_image, write_image
+from palpate.capture.images import (
+    depth_of,
+    mosaic_rggb,
+    png_problem,
+    read_cloud,
+    read_image,
+    write_image,
+)
 from palpate.capture.poses import PoseRecord, write_poses
 from palpate.capture.tables import WRENCH_COLUMNS, write_force, write_frames
 from palpate.config.sensor import SensorSpec

@@ -10,9 +10,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.capture.clouds import cloud_problem
 from palpate.capture.discover import BACKGROUND
-from palpate.capture.images import png_problem
+from palpate.capture.images import cloud_problem, png_problem
 from palpate.capture.poses import LARGEST_GAP_S, NAMES, POSES, TIME, PoseRecord, read_poses
 from palpate.capture.tables import (
     FORCE,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from palpate.capture.clouds import read_cloud
+from palpate.capture.images import read_cloud
 from palpate.solid.mesh import at_nodes
 from palpate.surface.template import decimated
 

@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from palpate.capture.clouds import Cloud
 from palpate.capture.discover import BACKGROUND
-from palpate.capture.images import all_streams, depth_of
+from palpate.capture.images import Cloud, all_streams, depth_of
 from palpate.frames import Film, write_film
 from palpate.open3d_core import o3d
 from palpate.vision.camera import PinholeCamera, camera_from_spec, pixel_rays

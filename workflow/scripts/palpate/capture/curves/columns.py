@@ -1,6 +1,7 @@
 """Which columns of an export are depth and force, and in what unit."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -201,3 +202,9 @@ def is_tips(export: Export, tip_m: NDArray, force_n: NDArray, stiffness_n_m: flo
             if whole.all() and off < WHOLE * np.std(rows[right, 1]):
                 return True
     return False
+
+
+def numbers_of(columns: Sequence[NDArray]) -> tuple[list[NDArray], int]:
+    """Columns without the rows where one has no number, and how many those are."""
+    right = np.isfinite(columns).all(axis=0)
+    return [column[right] for column in columns], int((~right).sum())

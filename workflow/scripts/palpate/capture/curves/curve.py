@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.capture.curves.columns import DEPTH, FORCE, Column, column_of, is_tips
+from palpate.capture.curves.columns import DEPTH, FORCE, Column, column_of, is_tips, numbers_of
 from palpate.capture.curves.export import fault, read_export
 from palpate.capture.curves.phases import Phases, free_from, outlier, phases_of, signs_of
 from palpate.yaml_files import mismatch
@@ -111,8 +111,7 @@ def read_curve(
     export = read_export(path)
     depth = column_of(export, DEPTH, depth_column, depth_unit)
     force = column_of(export, FORCE, force_column, force_unit)
-    right = np.isfinite([depth.values, force.values]).all(axis=0)
-    columns, left_out = [depth.values[right], force.values[right]], int((~right).sum())
+    columns, left_out = numbers_of([depth.values, force.values])
     _check_samples(export.path, columns, left_out)
     signs, plain = signs_of(*columns)
     of_tip = depth.of_tip
