@@ -10,13 +10,7 @@ from numpy.typing import NDArray
 
 
 def read_json(path: str | Path) -> Any:
-    """Read a JSON file.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
+    """Read a JSON file; a `ValueError` that names it if it is none."""
     try:
         return json.loads(Path(path).read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:
@@ -24,13 +18,7 @@ def read_json(path: str | Path) -> Any:
 
 
 def read_fields(path: str | Path) -> dict:
-    """Read a JSON file's fields.
-
-    Raises
-    ------
-    ValueError
-        If it is no JSON, or has no fields.
-    """
+    """Read a JSON file's fields; a `ValueError` if it is no JSON, or has none."""
     content = read_json(path)
     if not isinstance(content, dict):
         raise ValueError(f"{path}: file: expected fields, found {type(content).__name__}")
@@ -38,13 +26,7 @@ def read_fields(path: str | Path) -> dict:
 
 
 def numbers_of(path: str | Path, fields: Mapping, name: str, shape: tuple[int, ...]) -> NDArray:
-    """Finite numbers of a field.
-
-    Raises
-    ------
-    ValueError
-        Naming file and field, if they are not there.
-    """
+    """Finite numbers of a field; a `ValueError` that names file and field where there are none."""
     try:
         values = np.array(fields[name], dtype=float)
     except KeyError:
@@ -59,13 +41,7 @@ def numbers_of(path: str | Path, fields: Mapping, name: str, shape: tuple[int, .
 
 
 def read_all(paths: Sequence[str]) -> list[Any]:
-    """Read JSON files.
-
-    Raises
-    ------
-    ValueError
-        If a file is damaged; the message names it.
-    """
+    """Read JSON files; see `read_json`."""
     return [read_json(path) for path in paths]
 
 

@@ -14,7 +14,7 @@ from palpate.capture.images import Stream
 from palpate.capture.tables import columns_of
 from palpate.estimate.direct.motion import SurfaceMotion, observed_motion, rest_frames
 from palpate.estimate.hertz.indentation import Indentation, force_onset, indentation_of
-from palpate.frames import Film
+from palpate.npz import Film
 from palpate.press import Press, press_of
 from palpate.solid.fill import object_solid
 from palpate.solid.indentation_table import IndentationModel
@@ -217,17 +217,10 @@ def track(
 
 
 def align(press: Press) -> Alignment:
-    """Alignment of the first frame alone, held to the first contact (Eq. 4.24): seconds.
+    """Alignment of the first frame alone, compared with the first contact (Eq. 4.24): seconds.
 
-    Returns
-    -------
-    Alignment
-        ``camera_from_object`` (4, 4) and, object frame, ``contact_point_m`` (3,) [m].
-
-    Raises
-    ------
-    ValueError
-        As `measure` does.
+    ``camera_from_object`` (4, 4) and, object frame, ``contact_point_m`` (3,) [m]; a `ValueError` as
+    `measure` raises.
     """
     _ = press.template  # a bad one is rejected before the masks
     masks = _masks(press)

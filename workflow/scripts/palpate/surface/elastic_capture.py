@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.frames import Mapped
+from palpate.npz import Mapped
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.mesh import refine_near
 from palpate.solid.support import support_nodes

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.capture.discover import BACKGROUND
 from palpate.capture.images import Cloud, all_streams, depth_of
-from palpate.frames import Film, write_film
+from palpate.npz import Film, write_film
 from palpate.open3d_core import o3d
 from palpate.vision.camera import PinholeCamera, camera_from_spec, pixel_rays
 from palpate.vision.depth import stereo_depth

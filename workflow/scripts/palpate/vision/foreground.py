@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.capture.images import grey
-from palpate.frames import Film, write_film
+from palpate.npz import Film, write_film
 from palpate.units import FROM_MEDIAN
 from palpate.vision.background import SMALLEST, BackgroundModel, alpha_weight
 from palpate.vision.options import Background
