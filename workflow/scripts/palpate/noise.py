@@ -1,54 +1,83 @@
-"""Noise floor of a rig: of tip and force at rest, of a surface at rest and of a moved plate.
+"""Noise of a rig: what is expected of one that nobody has measured, and its floor as measured.
 
-The static and the rigid-motion test of the Good Practices Guide for Digital Image Correlation
-(iDICs, 2018), by the functions that captures go through.
+Of tip and force at rest, of a surface at rest and of a moved plate: the static and the rigid-motion
+test of the Good Practices Guide for Digital Image Correlation (iDICs, 2018), by the functions that
+captures go through.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot, nan
+from math import hypot
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
-from palpate.capture.images import Stream, all_streams
+from palpate.capture.images import Stream
 from palpate.capture.tables import columns_of, read_force, read_frames
 from palpate.config.sensor import said_of_base
-from palpate.estimate.direct import motion, samples
 from palpate.estimate.direct.deviations import correlation_length
-from palpate.surface.alignment import Alignment
+from palpate.flat_surface import FlatSurface, flat_surface
 from palpate.surface.pose import to_object
-from palpate.surface.template import Template
 from palpate.vision import clouds, force, indentation
 from palpate.vision import probe as of_probe
-from palpate.vision.camera import camera_from_spec
+from palpate.vision.camera import PinholeCamera
 from palpate.vision.follow import followed
 from palpate.vision.marker import board_of
-from palpate.vision.support_plane import fit_support_plane, height_above
+from palpate.vision.pose import corner_cofactor, point_covariance
+from palpate.workflow.job import naming
 from palpate.workflow.options import Config
 
 # More than this times what is stated exceeds it.
 EXCEEDS = 1.2
-# Of the picture along each side: its middle, which the plate fills.
-MIDDLE = 0.5
-# So far behind the plate counts as its base, and so far before it it may come [m].
-BEHIND_M, BEFORE_M = 0.05, 0.02
-# A plane larger than any plate, and a place that no line of sight passes [m].
-LARGE_M, AWAY_M = 2.0, 10.0
-# At rest a plate stays so near to its first place; moved by less than the second it shows neither
-# scale nor pattern [m].
-STILL_M, MOVED_M = 0.0002, 0.001
+# A plate that is moved by less shows neither scale nor pattern [m].
+MOVED_M = 0.001
 # Means of an unloaded force over a bias window that are compared.
 FEWEST_WINDOWS = 4
 # Of a usual capture, over which a force drifts; and how options call its errors.
 CAPTURE_S, WORDS = 5.0, {"zero": "offset", "drift": "drift in a capture"}
-# The noisiest part of single pixels, gross errors.
-GROSS = 0.01
 OF_POSE = "the pose's own deviation"
-AHEAD, NOWHERE = np.array([0.0, 0.0, 1.0]), {"tip_radius_m": 0.0, "radius_m": 0.0}
+# Of a camera that looks at the contact from the side.
+ELEVATION = np.deg2rad(45.0)
+# Where nothing is stated: noise of disparities averaged over a sample, and of corners [px], of
+# forces at frames [N]; baseline [m] and focal length [px].
+DISPARITY_PX, CORNER_PX, FORCE_N, BASELINE_M, FOCAL_PX = 0.02, 0.02, 0.01, 0.055, 600.0
+# Of the target about the probe, until it faces the camera.
+TURNS = 36
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations from frame to frame.
+
+    Attributes
+    ----------
+    tip_m : float
+        Of the tip along the indentation [m].
+    force_n : float
+        Of the force at a frame [N].
+    surface_m : float
+        Of the displacement of a sample of the surface [m].
+    """
+
+    tip_m: float
+    force_n: float
+    surface_m: float
+
+    @staticmethod
+    def expected(sensor: Mapping, probe: Mapping, distance_m: float) -> "Noise":
+        """Of a rig that nobody has measured yet, by optics, target and distance [m].
+
+        Stereo heads and structured light know depths to a part of a pixel of disparity: z^2/(f b).
+        """
+        optics = sensor.get("depth") or sensor.get("color") or {}
+        scale_px_m = optics.get("fx_px", FOCAL_PX) * (baseline_of(sensor) or BASELINE_M)
+        tip_m = said_of_base(sensor, "pose_std_m")
+        if by_target(sensor, probe):
+            tip_m = _tip_std(sensor["color"], probe, distance_m)
+        return Noise(tip_m, FORCE_N, DISPARITY_PX * distance_m**2 / scale_px_m)
 
 
 @dataclass(frozen=True)
@@ -80,24 +109,6 @@ class Quantity:
     def exceeds(self) -> bool:
         """Whether it is more than what is stated."""
         return self.ratio is not None and self.ratio > EXCEEDS
-
-
-class FlatSurface(NamedTuple):
-    """A flat surface in each frame; ``pose`` is camera from surface, whose z is its normal.
-
-    ``motion`` is the displacement of its samples against the ``rest`` first frames, ``left_m``
-    (f, c) that less the rigid one that fits best, ``rigid`` (f, 3) that one, a shift along the
-    normal [m] and its slopes along x and y, and ``flat_m`` (c,) the mean height at rest over a
-    plane [m]; ``pixel_std_m`` is the noise in time of the depth of one pixel, NaN of clouds [m].
-    """
-
-    motion: motion.SurfaceMotion
-    left_m: NDArray
-    rigid: NDArray
-    flat_m: NDArray
-    rest: int
-    pixel_std_m: float
-    pose: NDArray
 
 
 @dataclass(frozen=True)
@@ -164,14 +175,12 @@ def measure(
     if rest is not None:
         poses = followed(rest, sensor, probe, config.probe_pose)
         tip, of_tip = _tip(poses, sensor)
-        try:
+        with naming(rest):
             force_n, of_force = _force(read_force(rest), poses, probe, config)
-        except ValueError as error:
-            raise ValueError(f"{rest}: {error}") from None
         found += of_tip + of_force
         places = clouds.probe_places(poses, probe, clouds.viewpoint_of(sensor))
-        still = _flat_surface(rest, sensor, config, places)
-    moved = None if plate is None else _flat_surface(plate, sensor, config)
+        still = flat_surface(rest, sensor, config, places)
+    moved = None if plate is None else flat_surface(plate, sensor, config)
     if (seen := still or moved) is None:
         raise ValueError("rest: expected it or a plate, found neither")
     each_m, by = _rms(seen.motion.std_m), "each capture finds its own"
@@ -182,9 +191,8 @@ def measure(
     ]
     if moved is not None:
         found += _of_plate(moved, config) + _of_target(Path(plate), moved, sensor, probe, config)
-    return NoiseFloor(
-        [one for one in found if np.isfinite(one.value)], tip, force_n, moved or still
-    )
+    found = [one for one in found if np.isfinite(one.value)]
+    return NoiseFloor(found, tip, force_n, moved or still)
 
 
 def _steady(time_s: NDArray, values: NDArray) -> tuple[NDArray, NDArray]:
@@ -254,116 +262,6 @@ def _force(
     return _over_time(time_s, forces), found
 
 
-def _flat_surface(
-    folder: str | Path,
-    sensor: Mapping,
-    config: Config,
-    places: Sequence[clouds.ProbePlace] | None = None,
-) -> FlatSurface:
-    """What is flat in the middle of the picture, as of an object that is indented there.
-
-    Nothing moves where the probe's places are given; else it rests in the first frames.
-    """
-    camera_m, middle = clouds.viewpoint_of(sensor), _middle(sensor)
-    none = clouds.ProbePlace(camera_m - AWAY_M * AHEAD, AHEAD, None, None, NOWHERE, camera_m)
-    each = places or [none] * len(read_frames(folder))
-
-    def scene(images: Mapping, place: clouds.ProbePlace) -> clouds.Cloud:
-        found = clouds.scene_cloud(images, sensor, middle)
-        return found.at(~place.holds(found.points_m))
-
-    try:
-        first = scene(next(all_streams(folder, sensor, [0])), each[0])
-        reach = _reach(first, middle, sensor, config)
-        near = map(scene, all_streams(folder, sensor), each)
-        near = [one.at(reach.holds(one.points_m)) for one in near]
-        pairs = zip(near, each, strict=True)
-        seen = [clouds.object_cloud(*of, reach, config.clouds) for of in pairs]
-    except ValueError as error:
-        raise ValueError(f"{folder}: plate: {error}") from None
-    away_m = np.array([np.median(height_above(reach.plane, one.points_m)) for one in near])
-    moved = (np.abs(away_m - away_m[0]) > STILL_M) & (places is None)
-    rest = int(np.argmax(moved)) if moved.any() else len(near)
-    if rest < motion.FEWEST_AT_REST:
-        expected = f"expected it at rest in the first {motion.FEWEST_AT_REST} frames"
-        raise ValueError(f"{folder}: plate: {expected}, found it moved in frame {rest}")
-    normal, options, pose = reach.plane[:3], config.direct.observation, np.eye(4)
-    sight = reach.tip_m / np.linalg.norm(reach.tip_m)
-    aside_deg = float(np.degrees(np.arccos(min(abs(float(sight @ normal)), 1.0))))
-    if not aside_deg < options.largest_view_deg:
-        expected = f"expected it within {options.largest_view_deg:g} degrees of facing the camera"
-        raise ValueError(f"{folder}: plate: {expected}, found {aside_deg:.0f}")
-    down = np.cross(normal, [1.0, 0.0, 0.0]) / np.hypot(*normal[1:])
-    pose[:3, :3] = np.column_stack([np.cross(down, normal), down, normal])
-    pose[:3, 3] = reach.tip_m - (height_above(reach.plane, reach.tip_m) - BEHIND_M) * normal
-    corners = LARGE_M * np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
-    template = Template(corners, np.array([[0, 1, 2], [0, 2, 3]]))
-    known = template, Alignment(pose, np.zeros(3), rest, 0.0), seen
-    path = np.array([one.tip_m for one in each]), np.array([one.axis for one in each])
-    found = motion.observed_motion(*known, path, np.arange(rest), sensor, options, radius_m=0.0)
-    surface, cells = samples.RestSurface(template), samples.Samples(found.cell_m, found.normal)
-    closest = (
-        surface.at_rest(to_object(pose, points), normals @ pose[:3, :3], options)
-        for points, normals in seen[:rest]
-    )
-    heights = np.nanmean(samples.cell_heights(cells, closest, options)[0], axis=0)
-    flat, _ = _less_rigid(found.cell_m, heights[None])
-    pixel_std_m = _pixel_std([one.points_m for one in near[:rest]], sensor)
-    rigid = _less_rigid(found.cell_m, found.moved_m)
-    return FlatSurface(found, *rigid, flat[0], rest, pixel_std_m, pose)
-
-
-def _middle(sensor: Mapping) -> NDArray | None:
-    """Pixels of the reference camera in the middle of the picture; None of clouds."""
-    if "color" not in sensor:
-        return None
-    height, width = sensor["color"]["height_px"], sensor["color"]["width_px"]
-    row, column = np.ogrid[:height, :width]
-    within = (np.abs(k - n / 2) < MIDDLE * n / 2 for k, n in ((row, height), (column, width)))
-    return np.logical_and(*within)
-
-
-def _reach(
-    scene: clouds.Cloud, middle: NDArray | None, sensor: Mapping, config: Config
-) -> clouds.Reach:
-    """The surface as an object on a table behind it, about a place that is seen."""
-    if middle is not None:
-        camera = camera_from_spec(sensor["color"])
-        scene = scene.at(clouds.in_mask(scene.points_m, middle, camera))
-    rng, near_m = np.random.default_rng(config.seed), config.support_plane.inlier_distance_m
-    plane = fit_support_plane(scene.points_m, inlier_distance_m=near_m, rng=rng)
-    points = scene.points_m[np.abs(height_above(plane, scene.points_m)) < near_m]
-    seen_m = points[np.argmin(np.linalg.norm(points - np.median(points, axis=0), axis=1))]
-    behind, reach_m = plane + [0, 0, 0, BEHIND_M], config.direct.observation.reach_m
-    return clouds.Reach(seen_m, reach_m, BEHIND_M + BEFORE_M, behind)
-
-
-def _pixel_std(frames: Sequence[NDArray], sensor: Mapping) -> float:
-    """Root of the mean variance of the depth of pixels that were seen in all frames [m]."""
-    spec, back = sensor.get("depth", sensor.get("color")), np.eye(4)
-    if spec is None:
-        return nan
-    if "depth" in sensor:
-        back = np.linalg.inv(np.array(sensor["depth"]["color_from_depth"]))
-    local = np.concatenate(frames) @ back[:3, :3].T + back[:3, 3]
-    # Points come of whole pixels.
-    column, row = np.rint(camera_from_spec(spec).project(local)).astype(int).T
-    depths = pd.Series(local[:, 2]).groupby(row * spec["width_px"] + column)
-    variance = depths.var()[depths.count() == len(frames)]
-    return float(np.sqrt(variance[variance <= variance.quantile(1 - GROSS)].mean()))
-
-
-def _less_rigid(places_m: NDArray, moved_m: NDArray) -> tuple[NDArray, NDArray]:
-    """Displacements along the normal (f, c) without shift and slopes, and these, (f, 3)."""
-    basis = np.column_stack([np.ones(len(places_m)), places_m[:, :2]])
-    found = np.full((len(moved_m), 3), nan)
-    for k, row in enumerate(moved_m):
-        seen = np.isfinite(row)
-        if seen.sum() > basis.shape[1]:
-            found[k] = np.linalg.lstsq(basis[seen], row[seen], rcond=None)[0]
-    return moved_m - found @ basis.T, found
-
-
 def _of_plate(seen: FlatSurface, config: Config) -> list[Quantity]:
     """What a moved plate's displacement is off a rigid one, beyond noise, and over what length."""
     left, patch_m = seen.left_m[np.abs(seen.rigid[:, 0]) > MOVED_M], config.direct.fit.patch_m
@@ -389,10 +287,8 @@ def _of_target(
     images, options = Stream(folder, sensor, samples=True), config.probe_pose
     if of_probe.recorded_poses([images[0]], sensor, probe["marker"], options)[0] is None:
         return []
-    try:
+    with naming(folder):
         poses = of_probe.track_probe(images, read_frames(folder)["time_s"], sensor, probe, options)
-    except ValueError as error:
-        raise ValueError(f"{folder}: {error}") from None
     targets, normal = of_probe.marker_transforms(poses), seen.pose[:3, 2]
     known = np.isfinite(seen.rigid[:, 0]) & (poses["detected"] == 1).to_numpy()
 
@@ -415,3 +311,33 @@ def _of_target(
         Quantity("tip, plate's normal, moved", "m", float(apart[0]), float(said), OF_POSE),
         Quantity("scale, camera against target", "", *scale),
     ]
+
+
+def baseline_of(sensor: Mapping) -> float | None:
+    """Between the eyes of a depth camera, or from its projector [m], where its file says it."""
+    return (sensor.get("stereo") or sensor.get("depth") or {}).get("baseline_m")
+
+
+def by_target(sensor: Mapping, probe: Mapping) -> bool:
+    """Whether a probe's poses come from its target in a sensor's pictures."""
+    return "marker" in sensor and "marker" in probe
+
+
+def _tip_std(camera: Mapping, probe: Mapping, distance_m: float) -> float:
+    """Deviation of a tip along the indentation [m]; the target is turned to the camera."""
+    corners_m, fixed = board_of(probe["marker"]).points_m, of_probe.marker_from_tip(probe)
+    ahead = np.array([0.0, np.cos(ELEVATION), np.sin(ELEVATION)])
+    turns = [
+        Rotation.from_rotvec(angle * ahead).as_matrix()
+        @ np.column_stack([[1.0, 0, 0], np.cross(ahead, [1.0, 0, 0]), ahead])
+        @ fixed[:3, :3].T
+        for angle in np.linspace(0, 2 * np.pi, TURNS, endpoint=False)
+    ]
+    pose = np.eye(4)
+    pose[:3, :3] = max(turns, key=lambda turn: turn[2, 2])  # its z points into it
+    pose[:3, 3] = [0, 0, distance_m] - pose[:3, :3] @ fixed[:3, 3]
+    names = "width_px", "height_px", "fx_px", "fy_px", "cx_px", "cy_px"
+    optics = PinholeCamera(*(camera[name] for name in names))
+    covariance = CORNER_PX**2 * corner_cofactor(corners_m, pose, optics)
+    tip = point_covariance(pose, covariance, fixed[:3, 3])
+    return float(np.sqrt(ahead @ tip @ ahead))

@@ -17,25 +17,16 @@ from palpate import modulus
 from palpate.capture.tables import columns_of
 from palpate.estimate.direct import indentation as unknown
 from palpate.estimate.direct.budget import Budget, budget_of
-from palpate.estimate.direct.deviations import (
-    Scales,
-    scales_of,
-    with_depth_errors,
-    with_pattern,
-)
+from palpate.estimate.direct.deviations import Scales, scales_of, with_depth_errors, with_pattern
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.indentation import DirectIndentation, linearised
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.options import Fit, Observation, ProbeUncertainty
-from palpate.estimate.direct.quantities import (
-    POISSON,
-    over_star,
-    over_star_by_nu,
-    quantities_of,
-)
+from palpate.estimate.direct.quantities import POISSON, over_star, over_star_by_nu, quantities_of
 from palpate.estimate.direct.table import axes_across
 from palpate.estimate.hertz.indentation import FEWEST_AT_REST
-from palpate.planned_captures import ELEVATION, Noise, PlannedCaptures, Protocol
+from palpate.noise import ELEVATION, Noise
+from palpate.planned_captures import PlannedCaptures, Protocol
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.options import greatest_ratio
 from palpate.solid.support import Support
@@ -141,12 +132,7 @@ class Planned(PlannedCaptures):
     def forecast(self, protocol: Protocol) -> Forecast:
         """What captures by a protocol are expected to determine.
 
-        Raises
-        ------
-        ValueError
-            If it goes deeper than the table, the force stays within its noise, too few frames are
-            in contact, no sample of the surface is in view, or the guess of nu is not within
-            `bounds`.
+        A `ValueError` as of `captures`, and if the guess of nu is not within `bounds`.
         """
         low, high = self.bounds
         if not low <= self.poisson_ratio <= high:
@@ -164,8 +150,8 @@ class Planned(PlannedCaptures):
 
     def _usual(self, protocol: Protocol) -> tuple[DirectIndentation, Scales]:
         """A capture with deviations as captures usually show them."""
-        key = repr(protocol)
-        if key not in self._drawn:
+        drawn = vars(self).setdefault("_drawn", {})
+        if (key := repr(protocol)) not in drawn:
             pattern_m = DEPTH_PATTERN * self.options.depth_pattern_std_m
             options = self.options.model_copy(update={"depth_pattern_std_m": pattern_m})
             found, scales, guess = [], [], self._guess
@@ -174,13 +160,8 @@ class Planned(PlannedCaptures):
                 found.append(with_pattern(one, guess, options))
                 scales.append(scales_of(found[-1], linearised(found[-1], guess)))
             mean = np.mean([(one.motion, one.sharing) for one in scales], axis=0)
-            self._drawn[key] = found[0], Scales(*map(float, mean))
-        return self._drawn[key]
-
-    @cached_property
-    def _drawn(self) -> dict[str, tuple[DirectIndentation, Scales]]:
-        """What was drawn, by protocol."""
-        return {}
+            drawn[key] = found[0], Scales(*map(float, mean))
+        return drawn[key]
 
     def varied(self, protocol: Protocol) -> Iterator[tuple[str, Forecast]]:
         """Forecasts of a protocol and of others that differ in one thing, with what that is.
@@ -198,9 +179,8 @@ class Planned(PlannedCaptures):
         for part in (0.5, 0.75, 1.0):
             depth_m = part * float(self.table.depth_m[-1])
             yield f"{depth_m * MILLIMETRES:.1f} mm deep", {"depth_m": depth_m}
-        for captures in sorted({1, 2 * protocol.captures, 4 * protocol.captures}):
-            if captures == protocol.captures:
-                continue
+        count = protocol.captures
+        for captures in sorted({1, 2 * count, 4 * count} - {count}):
             yield f"{captures} capture{'s' * (captures > 1)}", {"captures": captures}
         for rate_hz in (protocol.frame_rate_hz / 2, protocol.frame_rate_hz * 2):
             yield f"{rate_hz:g} frames/s", {"frame_rate_hz": rate_hz}
@@ -212,18 +192,14 @@ class Planned(PlannedCaptures):
     def best_camera(self, protocol: Protocol, distance_m: float) -> Protocol:
         """The same with the camera where nu is determined best: at one of four sides.
 
-        Raises
-        ------
-        ValueError
-            If the surface about the contact is seen from none of them.
+        A `ValueError` if the surface about the contact is seen from none of them.
         """
         axes, found = axes_across(self.table.direction), []
         for aside in (*axes, *-axes):
             away = np.cos(ELEVATION) * aside - np.sin(ELEVATION) * self.table.direction
-            camera_m = self.table.point_m + distance_m * away
-            if self.support.heights_m(camera_m[None])[0] <= 0:
+            one = replace(protocol, camera_m=self.table.point_m + distance_m * away)
+            if self.support.heights_m(one.camera_m[None])[0] <= 0:
                 continue
-            one = replace(protocol, camera_m=camera_m)
             try:
                 found.append((self.forecast(one).half_width[NU], len(found), one))
             except ValueError as error:
@@ -272,12 +248,7 @@ def narrowed(planned: Planned, protocol: Protocol, found: Mapping) -> list[dict[
     """What would narrow the intervals that were found: a row for each change.
 
     Widths of the direct.json ``found``, times what a forecast makes of the change: moduli in per
-    cent.
-
-    Raises
-    ------
-    ValueError
-        As `Planned.forecast` does.
+    cent. A `ValueError` as of `Planned.forecast`.
     """
     now = planned.forecast(protocol).half_width
     more = replace(protocol, captures=protocol.captures + MORE)

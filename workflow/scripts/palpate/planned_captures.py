@@ -7,7 +7,6 @@ from functools import cached_property
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from palpate.config.sensor import said_of_base
 from palpate.estimate.direct import indentation as unknown
@@ -30,6 +29,7 @@ from palpate.estimate.direct.options import (
 from palpate.estimate.direct.samples import ProbeInView, RestSurface, Samples, samples_of
 from palpate.estimate.direct.table import SampleTable, axes_across, force_table, sample_table
 from palpate.estimate.hertz.indentation import force_onset
+from palpate.noise import Noise, by_target
 from palpate.open3d_core import o3d, scene_of
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.load import hertz_contact_radius
@@ -37,59 +37,17 @@ from palpate.solid.support import Support
 from palpate.surface.sharp_edges import sharp_edge_distance
 from palpate.surface.template import Template
 from palpate.units import MILLIMETRES
-from palpate.vision.camera import PinholeCamera
 from palpate.vision.clock import stated_clock_std_s
-from palpate.vision.marker import board_of
-from palpate.vision.pose import corner_cofactor, point_covariance
 from palpate.vision.probe import marker_from_tip
 
 # Of a recording: at rest, towards the object, into it, held [s]; and where the tip waits [m].
 LASTS_S, AWAY_M = (1.0, 0.6, 1.8, 0.9), 0.015
-# Of a camera that looks at the contact from the side.
-ELEVATION = np.deg2rad(45.0)
-# Where nothing is stated: noise of disparities averaged over a sample, and of corners [px], of
-# forces at frames [N]; baseline [m] and focal length [px].
-DISPARITY_PX, CORNER_PX, FORCE_N, BASELINE_M, FOCAL_PX = 0.02, 0.02, 0.01, 0.055, 600.0
-# Of the target about the probe, until it faces the camera.
-TURNS = 36
 # As captures of the default objects show them: over such a length displacements err together [m],
 # and by this part of themselves.
 ALIKE_M, PATTERN = 0.008, 0.02
 # A sample is in view from so far above the surface [m].
 CLEAR_M = 1e-4
 POINTS_PER_SAMPLE = 40
-
-
-@dataclass(frozen=True)
-class Noise:
-    """Standard deviations from frame to frame.
-
-    Attributes
-    ----------
-    tip_m : float
-        Of the tip along the indentation [m].
-    force_n : float
-        Of the force at a frame [N].
-    surface_m : float
-        Of the displacement of a sample of the surface [m].
-    """
-
-    tip_m: float
-    force_n: float
-    surface_m: float
-
-    @staticmethod
-    def expected(sensor: Mapping, probe: Mapping, distance_m: float) -> "Noise":
-        """Of a rig that nobody has measured yet, by optics, target and distance [m].
-
-        Stereo heads and structured light know depths to a part of a pixel of disparity: z^2/(f b).
-        """
-        optics = sensor.get("depth") or sensor.get("color") or {}
-        scale_px_m = optics.get("fx_px", FOCAL_PX) * (baseline_of(sensor) or BASELINE_M)
-        tip_m = said_of_base(sensor, "pose_std_m")
-        if by_target(sensor, probe):
-            tip_m = _tip_std(sensor["color"], probe, distance_m)
-        return Noise(tip_m, FORCE_N, DISPARITY_PX * distance_m**2 / scale_px_m)
 
 
 @dataclass(frozen=True)
@@ -176,11 +134,8 @@ class PlannedCaptures:
     def captures(self, protocol: Protocol, seeds: Iterable[int]) -> Iterator[DirectIndentation]:
         """Captures by a protocol with the rig's noise, one drawn with each seed.
 
-        Raises
-        ------
-        ValueError
-            If it goes deeper than the table, the force stays within its noise, too few frames are
-            in contact, or no sample of the surface is in view.
+        A `ValueError` if it goes deeper than the table, the force stays within its noise, too few
+        frames are in contact, or no sample of the surface is in view.
         """
         exact, rest = self.exact(protocol, *self._record(protocol))
         motion = np.zeros(exact.moved_m.shape)
@@ -251,7 +206,8 @@ class PlannedCaptures:
         tips_m = self.table.point_m + (depth_m - protocol.radius_m)[:, None] * direction
         middle, tips_m = tips_m[frames].mean(axis=0), tips_m[frames]
         chosen = self._compared(samples, middle, protocol) & (edges_m > options.crease_m)
-        samples = samples.at(chosen)
+        samples, names = samples.at(chosen), ("motion_m", "motion_change_m", "motion_by_place")
+        table = replace(table, **{name: getattr(table, name)[..., chosen] for name in names})
         hidden, rest = self._hidden(samples, tips_m, protocol), int((depth_m <= depth_m[0]).sum())
         if hidden.all():
             raise ValueError("samples: expected some that the camera sees, found all hidden")
@@ -281,7 +237,7 @@ class PlannedCaptures:
             moved_std_m=std_m,
             cluster=np.zeros(len(samples.cell_m), dtype=int),
             support_axes=SupportAxes.of(samples.cell_m, samples.normal, **given, options=options),
-            table=_at(table, chosen),
+            table=table,
             camera_clock_std_s=clock_std_s if self._base else 0.0,
             shared_roots_m=self._roots_m(protocol.camera_m),
         )
@@ -339,36 +295,6 @@ class PlannedCaptures:
         return clear & (along > least * np.linalg.norm(sight, axis=1))
 
 
-def baseline_of(sensor: Mapping) -> float | None:
-    """Between the eyes of a depth camera, or from its projector [m], where its file says it."""
-    return (sensor.get("stereo") or sensor.get("depth") or {}).get("baseline_m")
-
-
-def by_target(sensor: Mapping, probe: Mapping) -> bool:
-    """Whether a probe's poses come from its target in a sensor's pictures."""
-    return "marker" in sensor and "marker" in probe
-
-
-def _tip_std(camera: Mapping, probe: Mapping, distance_m: float) -> float:
-    """Deviation of a tip along the indentation [m]; the target is turned to the camera."""
-    corners_m, fixed = board_of(probe["marker"]).points_m, marker_from_tip(probe)
-    ahead = np.array([0.0, np.cos(ELEVATION), np.sin(ELEVATION)])
-    turns = [
-        Rotation.from_rotvec(angle * ahead).as_matrix()
-        @ np.column_stack([[1.0, 0, 0], np.cross(ahead, [1.0, 0, 0]), ahead])
-        @ fixed[:3, :3].T
-        for angle in np.linspace(0, 2 * np.pi, TURNS, endpoint=False)
-    ]
-    pose = np.eye(4)
-    pose[:3, :3] = max(turns, key=lambda turn: turn[2, 2])  # its z points into it
-    pose[:3, 3] = [0, 0, distance_m] - pose[:3, :3] @ fixed[:3, 3]
-    names = "width_px", "height_px", "fx_px", "fy_px", "cx_px", "cy_px"
-    optics = PinholeCamera(*(camera[name] for name in names))
-    covariance = CORNER_PX**2 * corner_cofactor(corners_m, pose, optics)
-    tip = point_covariance(pose, covariance, fixed[:3, 3])
-    return float(np.sqrt(ahead @ tip @ ahead))
-
-
 def _of_size(table: SampleTable, size: float) -> SampleTable:
     """Table of a sphere so many times as large, as on a half-space; far off by the force alone."""
     return replace(
@@ -379,9 +305,3 @@ def _of_size(table: SampleTable, size: float) -> SampleTable:
         motion_change_m=size**2 * table.motion_change_m,
         motion_by_place=size**2 * table.motion_by_place,
     )
-
-
-def _at(table: SampleTable, chosen: NDArray) -> SampleTable:
-    """Table of some of its samples."""
-    names = "motion_m", "motion_change_m", "motion_by_place"
-    return replace(table, **{name: getattr(table, name)[..., chosen] for name in names})

@@ -86,8 +86,8 @@ def _check_options(options: argparse.Namespace) -> None:
 def _planned(options: argparse.Namespace) -> "Planned":
     """What files say of object, sensor and probe, with the table of the point."""
     from palpate.commands.tables import TablePoint
-    from palpate.plan import Noise, Planned
-    from palpate.planned_captures import BASELINE_M, baseline_of
+    from palpate.noise import BASELINE_M, Noise, baseline_of
+    from palpate.plan import Planned
     from palpate.solid.support import read_support
     from palpate.surface.template import read_template
 

@@ -6,7 +6,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.noise import FlatSurface, NoiseFloor, Quantity
+from palpate.flat_surface import FlatSurface
+from palpate.noise import NoiseFloor, Quantity
 from palpate.report import style
 from palpate.units import MILLIMETRES, MILLINEWTONS
 
