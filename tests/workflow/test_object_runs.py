@@ -8,7 +8,7 @@ import pytest
 import yaml
 from palpate.capture.discover import CaptureId
 from palpate.workflow.configuration import open_run
-from palpate.workflow.standing import ORIGIN, Standing, kept_files
+from palpate.workflow.own_objects import ORIGIN, Standing, kept_files
 from sample_run import LEFT_BEHIND, snakemake
 from settings import full, written
 from thesis.options import StudyConfig

@@ -1,8 +1,7 @@
 # What a person gets of an object of their own: a summary, figures, and a page of them.
 import palpate
 from palpate.report.own_figures import OWN_FIGURES
-from palpate.workflow.own_objects import OwnObjects
-from palpate.workflow.standing import ORIGIN, Standing
+from palpate.workflow.own_objects import ORIGIN, OwnObjects, Standing
 
 OWN = OwnObjects(RUN)
 STANDING = Standing(RUN)

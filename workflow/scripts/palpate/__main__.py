@@ -36,8 +36,11 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:
         status = 128 + signal.SIGPIPE
     except (ValueError, OSError) as error:
-        for line in _told(error).splitlines():
-            print(f"error: {line}", file=sys.stderr)
+        line = str(error)
+        if isinstance(error, OSError) and error.filename is not None:
+            line = f"{error.filename}: {error.strerror}"
+        for one in line.splitlines():
+            print(f"error: {one}", file=sys.stderr)
         status = 1
     except ImportError as error:
         print(f"error: palpate {verb}: {_lacking(verb, error)}", file=sys.stderr)
@@ -48,13 +51,6 @@ def main(arguments: list[str] | None = None) -> int:
         # Nobody reads on, like head; the interpreter flushes once more as it ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return status
-
-
-def _told(error: ValueError | OSError) -> str:
-    """What is wrong: of a file that can't be read or written first its name."""
-    if isinstance(error, OSError) and error.filename is not None:
-        return f"{error.filename}: {error.strerror}"
-    return str(error)
 
 
 def _lacking(verb: str, error: ImportError) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from palpate.workflow.lab_captures import is_simulated
+from palpate.workflow.configuration_checks import is_simulated
 from palpate.workflow.run import Described
 
 from thesis.run import StudyRun

@@ -67,25 +67,14 @@ def _marker(options: argparse.Namespace) -> dict:
 def _title(marker: Mapping) -> str:
     """What the sheet says of itself."""
     columns, rows = next(value for value in marker.values() if isinstance(value, list))
-    title = [f"{marker.get('kind', 'checkerboard, inner corners')} {columns} x {rows}"]
-    for key, value in marker.items():
-        if key.endswith("_m"):
-            title.append(f"{key[:-2]} {value * MILLIMETRES:g} mm")
+    kind, sides = marker.get("kind", "checkerboard, inner corners"), marker.items()
+    sizes = [f"{key[:-2]} {of * MILLIMETRES:g} mm" for key, of in sides if key.endswith("_m")]
     family = [marker["dictionary"]] if "dictionary" in marker else []
-    return ", ".join([*title, *family])
+    return ", ".join([f"{kind} {columns} x {rows}", *sizes, *family])
 
 
 def draw_sheet(board: FlatBoard, title: str, path: Path) -> None:
-    """Draw a target on a sheet of its size.
-
-    Parameters
-    ----------
-    board : FlatBoard
-    title : str
-        What stands below it.
-    path : Path
-        Its ending determines the kind of file.
-    """
+    """Draw a target on a sheet of its size, a title below it, into a .pdf or an .svg."""
     import matplotlib.pyplot as plt
     from matplotlib.patches import PathPatch
 

@@ -23,7 +23,7 @@ from palpate.capture.tables import FRAMES, WRENCH_COLUMNS, columns_of, read_forc
 from palpate.commands import calibrate_camera
 from palpate.commands.help import add_columns, add_verb, all_sure, check_outputs, stage, sure
 from palpate.config.model import FILL_IN, blank_fields
-from palpate.config.probe import ProbeSpec, TargetFile
+from palpate.config.probe import ProbeSpec
 from palpate.units import MILLIMETRES, MILLINEWTONS
 from palpate.vision.calibrated_probe import FARTHEST_M, with_tip_at
 from palpate.vision.compliance import Compliance, digits, find_compliance, recorded_press
@@ -157,8 +157,7 @@ def _tip_report(names: Sequence, lost: Sequence, found: Pivot, probe: Mapping) -
 
 
 def _load(options: argparse.Namespace, probe: Mapping) -> Found:
-    source = options.source
-    up = _up(options)
+    source, up = options.source, _up(options)
     if source.is_dir():
         table = _recording(options, probe, check_with_force)
         poses = static_poses(table, read_force(source), probe)
@@ -174,9 +173,9 @@ def _load(options: argparse.Namespace, probe: Mapping) -> Found:
 def _load_report(names: Sequence, found: Payload, stated: Sequence | None) -> Iterator[str]:
     """What was found; blocks for the probe's file, whose transform has the sensor's place."""
     std, bias = found.std, found.bias
+    centre = all_sure(found.centre_of_mass_m, std[CENTRE], MILLIMETRES)
     yield f"{len(names)} poses, {found.kept.sum()} count"
     yield f"  mass {sure(found.mass_kg * 1e3, std[0] * 1e3)} g"
-    centre = all_sure(found.centre_of_mass_m, std[CENTRE], MILLIMETRES)
     yield f"  centre of mass {centre} mm in the sensor's frame"
     yield f"  zero {all_sure(bias[:3], std[BIAS_N], 1)} N"
     yield f"  zero {all_sure(bias[3:], std[BIAS_NM], MILLINEWTONS)} mNm"
@@ -192,7 +191,7 @@ def _load_report(names: Sequence, found: Payload, stated: Sequence | None) -> It
         yield f"  the sensor is turned by {apart} against the file's marker_from_force"
     yield from (f"  {line}" for line in found.verdict)
     centre = ", ".join(f"{value:.5f}" for value in found.centre_of_mass_m)
-    yield from ("load:", f"  mass_kg: {found.mass_kg:.5f}", f"  mass_std_kg: {found.std[0]:.1e}")
+    yield from ("load:", f"  mass_kg: {found.mass_kg:.5f}", f"  mass_std_kg: {std[0]:.1e}")
     yield f"  centre_of_mass_m: [{centre}]"
     yield "marker_from_force: # the rotation is found, the last column is the sensor's place"
     places = [FILL_IN] * 3 if stated is None else [f"{row[3]:.9f}" for row in stated[:3]]
@@ -207,13 +206,12 @@ def _hand_eye(options: argparse.Namespace, probe: Mapping) -> Found:
     if lines := check_hand_eye(source, sensor, has_target="marker" not in probe):
         raise ValueError("\n".join(lines))
     found = recorded_hand_eye(source, sensor, probe.get("marker") or read_marker(source))
-    count = found.poses - len(found.left_out_m)
     clock = sure(found.clock_offset_s * 1e3, found.clock_offset_std_s * 1e3)
     std_m = np.sqrt(np.diag(found.covariance)[3:])
     shift = all_sure(found.camera_from_base[:3, 3], std_m, MILLIMETRES)
     turn = ", ".join(f"{value:.1f}" for value in found.turn_deg)
     lines = [
-        f"{found.poses} poses, {count} count",
+        f"{found.poses} poses, {found.poses - len(found.left_out_m)} count",
         f"  base {shift} mm in the camera's frame",
         f"  turned by {turn} degrees (root mean square, of three directions)",
         f"  residual: {found.residual_px:.2f} px (root mean square, errors of the poses included)",
@@ -233,9 +231,8 @@ def _hand_eye(options: argparse.Namespace, probe: Mapping) -> Found:
 def _stiffness(options: argparse.Namespace, probe: Mapping) -> Found:
     source, warned = options.source, ()
     if source.is_dir():
-        for key in TRANSFORMS if probe else ():
-            if key not in probe:
-                raise ValueError(f"{options.board}: {key}: expected the probe's, found none")
+        if missing := [key for key in TRANSFORMS if probe and key not in probe]:
+            raise ValueError(f"{options.board}: {missing[0]}: expected the probe's, found none")
         table = _recording(options, probe, check_with_force)
         read = f"{len(table)} poses"
         columns = recorded_press(table, read_force(source), probe, Force())
@@ -277,26 +274,22 @@ def _probe(options: argparse.Namespace) -> Mapping:
     """A file with a block ``marker`` or ``tracked``; name, transforms, ``gauge`` if filled in."""
     from palpate.workflow.options import partly
 
-    path = options.board
-    if path is None:
+    if (path := options.board) is None:
         return {}
-    content = load_yaml(path)
-    if not isinstance(content, Mapping):
+    if not isinstance(content := load_yaml(path), Mapping):
         raise ValueError(f"{path}: content: expected a block marker, found none")
-    board = {"marker": content["marker"]} if "marker" in content else dict(content)
     known = ("probe", "tracked", *TRANSFORMS, "gauge")
     filled = {k: content[k] for k in known if k in content and not blank_fields(content[k])}
-    if "marker" in board or "tracked" not in content:
-        TargetFile.read(board, str(path))
-        filled = TargetFile.plain(board) | filled
-    partly(ProbeSpec).read({k: filled[k] for k in known if k in filled}, str(path))
-    return filled
+    target = {}
+    if "marker" in content or "tracked" not in content:
+        target = calibrate_camera.target_of(content, path)
+    partly(ProbeSpec).read(filled, str(path))
+    return target | filled
 
 
 def _sensor(options: argparse.Namespace) -> Mapping:
     """The sensor of a recording, whose optics are stated."""
-    path = options.sensor
-    if path is None:
+    if (path := options.sensor) is None:
         raise ValueError(f"--sensor: expected the file of what {options.source} shows, found none")
     spec, wrong = read_device(path, "sensors")
     if not wrong and spec.get("optics") == "calibration":
@@ -347,9 +340,8 @@ def _rows(matrix: Sequence, form: str, indent: str = "  ") -> Iterator[str]:
 def add(commands: Any) -> None:
     """Add the command to a parser's, its parts in the order in which a person needs them."""
     about = "Measure the rig itself: its cameras, the probe's tip, its load and stiffness."
-    verb = commands.add_parser(
-        "calibrate", help="measure the rig: cameras, probe", description=about
-    )
+    short = "measure the rig: cameras, probe"
+    verb = commands.add_parser("calibrate", help=short, description=about)
     parts = verb.add_subparsers(required=True, metavar="part", title="parts")
     calibrate_camera.add(parts)
     shared = argparse.ArgumentParser(add_help=False)

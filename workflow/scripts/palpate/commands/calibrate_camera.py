@@ -150,11 +150,7 @@ def _board(options: argparse.Namespace) -> FlatBoard:
         if corners is not None or square_mm is not None:
             found = "--inner-corners or --square-mm beside"
             raise ValueError(f"--board: expected it alone, found {found}")
-        content = load_yaml(options.board)
-        if isinstance(content, Mapping) and "marker" in content:
-            content = {"marker": content["marker"]}
-        TargetFile.read(content, str(options.board))
-        return board_of(TargetFile.plain(content)["marker"])
+        return board_of(target_of(load_yaml(options.board), options.board)["marker"])
     if corners is None or square_mm is None:
         missing = "--inner-corners" if corners is None else "--square-mm"
         raise ValueError(f"{missing}: expected the board's, found none")
@@ -165,6 +161,14 @@ def _board(options: argparse.Namespace) -> FlatBoard:
         found = f"{square_mm:g}{' (metres?)' if 0 < square_mm < least else ''}"
         raise ValueError(f"--square-mm: expected {least:g} to {most:g} millimetres, found {found}")
     return Board(*corners, square_mm / MILLIMETRES)
+
+
+def target_of(content: Any, path: Path) -> dict:
+    """Block ``marker`` alone of a file that holds one; a `ValueError` with what is wrong in it."""
+    if isinstance(content, Mapping) and "marker" in content:
+        content = {"marker": content["marker"]}
+    TargetFile.read(content, str(path))
+    return TargetFile.plain(content)
 
 
 def _lines(own: BoardPictures, found: Calibration) -> Iterator[str]:

@@ -96,8 +96,7 @@ def _captures_of(given: Sequence[Path]) -> list[Path]:
         places = sensor_folders(subject) if (subject / OBJECT).is_file() else ()
         chosen = [place for place in places if path in (subject, place.folder)]
         inside = [one for place in chosen for one in place.captures]
-        if (path / FRAMES).is_file():
-            inside = [path]
+        inside = [path] if (path / FRAMES).is_file() else inside
         if not inside:
             expected = "expected a capture, or an object's or a sensor's folder with captures"
             there = "none in it" if path.is_dir() else "no such folder"
@@ -160,16 +159,12 @@ class _Steps:
         """Estimate of captures of one object with one sensor."""
         from palpate import direct
 
-        subject, sensor = group[0].folder.parents[1], group[0].folder.parent.name
-        project = Project.near(group[0].folder)
+        project, sensor = Project.near(group[0].folder), group[0].folder.parent.name
         config, made = project.config(self.options.config), group[0].sensor.get("optics")
         optics = project.optics(sensor) if made == "calibration" else None
         calibrations = project.calibrations(sensor)
         measured = [self._measure(capture, calibrations, config, optics) for capture in group]
-        for one in measured:
-            if (subject, one.capture.point) not in self.tables:
-                self.tables[subject, one.capture.point] = self._table(one, project)
-        tables = [self.tables[subject, one.capture.point] for one in measured]
+        tables = [self._table(one, project) for one in measured]
         with self.stage(f"{_title(group)}: E and nu"):
             return direct.estimate(measured, tables, _fit(config.direct.fit, self.options))
 
@@ -196,21 +191,20 @@ class _Steps:
         from palpate.commands.tables import TablePoint
 
         capture, options = one.capture, self.options
-        of_object = capture.folder.parents[1], capture.declared, capture.template
-        of_point = capture.point, capture.radius_m, one.config.direct.model
-        point = TablePoint(*of_object, one.template, one.support, *of_point)
-        fast, own = options.fast, options.tables
-        changed = fast or options.config or own
-        return point.table(project, self.stage, fast=fast, changed=changed, own=own)
+        if (key := (capture.folder.parents[1], capture.point)) not in self.tables:
+            of_object = key[0], capture.declared, capture.template, one.template, one.support
+            point = TablePoint(*of_object, key[1], capture.radius_m, one.config.direct.model)
+            how = {"fast": options.fast, "own": options.tables}
+            changed = options.fast or options.config or options.tables
+            self.tables[key] = point.table(project, self.stage, changed=changed, **how)
+        return self.tables[key]
 
 
 def _fit(fit: Any, options: argparse.Namespace) -> Any:
     """Options of the fit, with what a person says of nu and of the table."""
     given = {"poisson_ratio": options.nu, "poisson_ratio_std": options.nu_std}
-    changes = {name: value for name, value in given.items() if value is not None}
-    if options.fast:
-        changes["model_std"] = fit.model_std.changed(**FAST_STD)
-    return fit.changed(**changes)
+    given["model_std"] = fit.model_std.changed(**FAST_STD) if options.fast else None
+    return fit.changed(**{name: value for name, value in given.items() if value is not None})
 
 
 def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> Iterator[str]:

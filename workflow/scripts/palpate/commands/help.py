@@ -59,29 +59,15 @@ def stage(text: str, *, lasting: bool = False) -> Iterator[None]:
 def add_verb(
     commands: Any, name: str, short: str, work: Any, *, about: str, example: str, **given: Any
 ) -> argparse.ArgumentParser:
-    """Add a verb to a parser's commands.
+    """Add a verb to the commands of `argparse`'s ``add_subparsers``.
 
-    Parameters
-    ----------
-    commands
-        Of `argparse`'s ``add_subparsers``.
-    name, short : str
-        The verb, and its line in the table of contents.
-    work : callable
-        Takes the options, gives the exit status or None.
-    about, example : str
-        What its help begins and ends with.
-    **given
-        Further arguments of its parser, like ``parents``.
+    ``short`` is its line in the table of contents; ``work`` takes the options and gives the exit
+    status or None; ``about`` and ``example`` begin and end its help; ``given`` are further
+    arguments of its parser, like ``parents``.
     """
-    verb = commands.add_parser(
-        name,
-        help=short,
-        description=about,
-        epilog=f"example:\n  {example}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        **given,
-    )
+    told = {"help": short, "description": about, "epilog": f"example:\n  {example}"}
+    form = argparse.RawDescriptionHelpFormatter
+    verb = commands.add_parser(name, formatter_class=form, **told, **given)
     verb.set_defaults(work=work)
     return verb
 
@@ -111,11 +97,7 @@ def counts(text: str) -> tuple[int, int]:
 def check_outputs(outputs: Mapping[str, Path | None], read: Sequence[Path]) -> None:
     """Raise ValueError where an option writes over what is read, over a folder or another's file.
 
-    Parameters
-    ----------
-    outputs : mapping
-        Paths by the names of options.
-    read : sequence of Path
+    ``outputs`` has paths by the names of options.
     """
     places = {path.resolve() for path in read}
     for name, path in outputs.items():

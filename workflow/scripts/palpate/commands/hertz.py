@@ -82,17 +82,14 @@ def _setup(options: argparse.Namespace) -> "Setup":
             below = f" and below {most:g}" if isfinite(most) else ""
             option = f"--{name.replace('_', '-')}"
             raise ValueError(f"{option}: expected a number above 0{below}, found {found:g}")
-    angle = options.half_angle_deg
+    lengths = ("radius", "object_radius", "thickness")
+    given = {f"{name}_m": _metres(getattr(options, f"{name}_mm")) for name in lengths}
+    given |= {"poisson_ratio": options.nu, "baseline": options.baseline, "base": options.base}
+    angle, indenter = options.half_angle_deg, options.indenter
+    if angle is not None:
+        given["half_angle_rad"], indenter = radians(angle), indenter or "cone"
     try:
-        return Setup(
-            radius_m=_metres(options.radius_mm),
-            indenter=options.indenter or (None if angle is None else "cone"),
-            half_angle_rad=None if angle is None else radians(angle),
-            object_radius_m=_metres(options.object_radius_mm),
-            thickness_m=_metres(options.thickness_mm),
-            poisson_ratio=options.nu,
-            **{name: getattr(options, name) for name in ("baseline", "base")},
-        )
+        return Setup(**given, indenter=indenter)
     except ValueError as error:
         raise ValueError(_as_option(str(error))) from None
 
@@ -126,9 +123,8 @@ def _fitted(path: str, setup: "Setup", options: argparse.Namespace) -> tuple[Cur
 
 def _lines(curve: Curve, fit: "HertzFit") -> Iterator[str]:
     scale, length = readable(max(abs(fit.contact_m), fit.press_m), "m")
-    nu = fit.setup.poisson_ratio
+    nu, place = fit.setup.poisson_ratio, scale * curve.depth_sign * fit.contact_m
     youngs = modulus_text(fit.youngs_modulus_pa(nu), fit.youngs_modulus_interval_pa(nu))
-    place = scale * curve.depth_sign * fit.contact_m
     yield curve.path
     yield from (f"  warning: {line}" for line in (*curve.warnings, *fit.warnings))
     yield f"  read: {curve.read}"
@@ -144,8 +140,8 @@ def _lines(curve: Curve, fit: "HertzFit") -> Iterator[str]:
 
 def _law(fit: "HertzFit") -> str:
     """What was fitted, and why where that was not asked for."""
-    layer = f"layer, {fit.support.replace('_', ' ')}"
-    support = "half-space" if fit.support == "half_space" else layer
+    support = fit.support.replace("_", " ")
+    support = "half-space" if fit.support == "half_space" else f"layer, {support}"
     scale, unit = readable(fit.baseline_n, "N")
     level = f" ({scale * fit.baseline_n:.3g} {unit})" if fit.baseline else ""
     baseline = fit.chosen.get("baseline", "as asked" if fit.baseline else "none, as asked")
@@ -154,9 +150,8 @@ def _law(fit: "HertzFit") -> str:
 
 def _row(curve: Curve, fit: "HertzFit") -> dict:
     """All that went in and came out, but the samples."""
-    of_file = {"curve": curve.path, "read": curve.read, "depth_sign": curve.depth_sign}
-    told = fit.row()
-    return of_file | told | {"warnings": [*curve.warnings, *told["warnings"]]}
+    row = {"curve": curve.path, "read": curve.read, "depth_sign": curve.depth_sign} | fit.row()
+    return row | {"warnings": [*curve.warnings, *row["warnings"]]}
 
 
 def _cells(row: Mapping[str, Any]) -> dict:
@@ -196,8 +191,8 @@ def add(commands: Any) -> None:
     indenters = ("parabola", "sneddon", "cone", "pyramid", "flat")
     option("--indenter", choices=indenters, help="a sphere by depth, else")
     number("--thickness-mm", help="of a layer on a rigid base")
-    bases = ("bonded", "not_bonded")
-    option("--base", choices=bases, default="bonded", help="of a layer (bonded)")
+    text = "of a layer (bonded)"
+    option("--base", choices=("bonded", "not_bonded"), default="bonded", help=text)
     number("--stiffness-n-m", help="between drive and tip: of a cantilever, a load cell")
     number("--nu", default=0.33, help="Poisson's ratio that E and a layer's law assume (0.33)")
     baseline = "fit a constant force too; else where an approach determines it"

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
-from palpate.capture.devices import CONFIG, add_devices, device_folder, raw_folder
+from palpate.capture.devices import CONFIG, add_devices, raw_folder
 from palpate.capture.files import whole_file, write_text
 from palpate.commands.help import add_verb, check_figure, stage
-from palpate.commands.project import Project, calibrated_devices
+from palpate.commands.project import Project, calibrated_devices, device_files
 from palpate.units import MILLIMETRES
-from palpate.workflow.configuration_checks import OF_NOISE
-from palpate.workflow.lab_captures import is_simulated
+from palpate.workflow.configuration_checks import OF_NOISE, is_simulated
 
 if TYPE_CHECKING:
     from palpate.noise import Quantity
@@ -41,9 +40,7 @@ FRAME_FORCES = [f"f{k}, each frame" for k in "xyz"]
 
 def _noise(options: argparse.Namespace) -> None:
     check_figure(options.figure)
-    project, names = Project.near(Path()), {"sensors": options.sensor, "probes": options.probe}
-    places = {kind: device_folder(kind, getattr(options, kind), Path()) for kind in names}
-    files = {kind: place / f"{names[kind]}.yaml" for kind, place in places.items()}
+    project, files = Project.near(Path()), device_files(options, Path(), options.probe)
     sensor, probe = calibrated_devices(files, project)
     folders, config = _recordings(options, sensor), project.config(options.config)
     from palpate.noise import measure

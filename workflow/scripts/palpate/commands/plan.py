@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate.capture.devices import add_devices, device_folder, read_device
+from palpate.capture.devices import add_devices
 from palpate.capture.files import whole_file
 from palpate.commands.help import add_verb, check_figure, stage
-from palpate.commands.project import Project, calibrated_devices
+from palpate.commands.project import Project, calibrated_devices, device_files, stated_devices
 from palpate.config.object import ObjectSpec
 from palpate.modulus import BOUNDED, IDENTIFIED, LABELS, NOT_IDENTIFIED
 from palpate.units import MILLIMETRES, PERCENT
@@ -132,25 +132,19 @@ def _planned(options: argparse.Namespace) -> "Planned":
 
 def _devices(options: argparse.Namespace, probe: str) -> tuple[Mapping, Mapping]:
     """Sensor and probe as a run calibrated them, or as stated where none has yet."""
-    named = {"sensors": options.sensor, "probes": probe}
-    files = {
-        kind: device_folder(kind, getattr(options, kind), options.folder) / f"{name}.yaml"
-        for kind, name in named.items()
-    }
-    read = {kind: read_device(path, kind) for kind, path in files.items()}
-    if lines := [line for _, wrong in read.values() for line in wrong]:
-        raise ValueError("\n".join(lines))
+    stated = stated_devices(files := device_files(options, options.folder, probe))
     try:
         return calibrated_devices(files, Project.near(options.folder))
     except ValueError as error:
         print(f"{error}; planned with the numbers of the file", file=sys.stderr)
-        return tuple(spec for spec, _ in read.values())
+        return stated
 
 
 def _template(folder: Path, declared: Mapping, project: Project) -> Path:
     """The template's file, or the one that a run made of scans."""
-    file = declared["template"].get("file")
-    path = folder / file if file else project.results(declared["object"], "template.ply")
+    path = project.results(declared["object"], "template.ply")
+    if file := declared["template"].get("file"):
+        path = folder / file
     if not path or not path.is_file():
         expected = "a closed surface (of scans a run makes one first)"
         raise ValueError(f"{folder}/object.yaml: template: expected {expected}, found no {path}")
@@ -162,9 +156,8 @@ def _protocol(options: argparse.Namespace, planned: "Planned") -> "Protocol":
     from palpate.plan import Protocol
 
     rate_hz = options.frame_rate_hz or planned.sensor["frame_rate_hz"]
-    depth_m = USUAL_PART * float(planned.table.depth_m[-1])
-    if options.depth_mm:
-        depth_m = options.depth_mm / MILLIMETRES
+    usual_m, depth_m = USUAL_PART * float(planned.table.depth_m[-1]), options.depth_mm
+    depth_m = depth_m / MILLIMETRES if depth_m else usual_m
     camera_m = np.array(options.camera_mm or (0, 0, 0), dtype=float) / MILLIMETRES
     protocol = Protocol(depth_m, rate_hz, planned.table.radius_m, camera_m, options.captures)
     if options.camera_mm:
@@ -213,27 +206,24 @@ def add(commands: Any) -> None:
     """Add the command to a parser's."""
     short = "what a rig can determine, before it is recorded"
     verb = add_verb(commands, "plan", short, _plan, about=ABOUT, example=EXAMPLE)
-    verb.add_argument("folder", type=Path, metavar="OBJECT", help="raw/<object>")
-    verb.add_argument("--sensor", required=True, help="its name in config/sensors")
-    verb.add_argument("--probe", help="its name in config/probes; else that of object.yaml")
-    verb.add_argument("--point", help="of object.yaml; else its first")
-    text = "a guess of E, within a factor of ten"
-    verb.add_argument("--modulus-kpa", type=float, required=True, help=text)
-    verb.add_argument("--nu", type=float, default=0.3, help="a guess of Poisson's ratio (0.3)")
-    verb.add_argument("--depth-mm", type=float, help="maximum depth; else 0.8 of the table's")
-    text = "at this point, or at others like it (3)"
-    verb.add_argument("--captures", type=int, default=3, help=text)
-    verb.add_argument("--frame-rate-hz", type=float, help="else the sensor's")
+    option, number = verb.add_argument, partial(verb.add_argument, type=float)
+    option("folder", type=Path, metavar="OBJECT", help="raw/<object>")
+    option("--sensor", required=True, help="its name in config/sensors")
+    option("--probe", help="its name in config/probes; else that of object.yaml")
+    option("--point", help="of object.yaml; else its first")
+    number("--modulus-kpa", required=True, help="a guess of E, within a factor of ten")
+    number("--nu", default=0.3, help="a guess of Poisson's ratio (0.3)")
+    number("--depth-mm", help="maximum depth; else 0.8 of the table's")
+    option("--captures", type=int, default=3, help="at this point, or at others like it (3)")
+    number("--frame-rate-hz", help="else the sensor's")
     text = "where the camera stands in the object's frame; else the best of four sides"
-    verb.add_argument("--camera-mm", type=float, nargs=3, metavar=("X", "Y", "Z"), help=text)
-    text = "of the camera from the contact (700)"
-    verb.add_argument("--distance-mm", type=float, help=text)
-    for name, text in (
-        ("tip-noise-mm", "of the tip along the indentation, each frame; else by target and optics"),
-        ("surface-noise-mm", "of a piece of surface, each frame; else by optics and distance"),
-        ("force-noise-n", "of the force, each frame (0.01)"),
-    ):
-        verb.add_argument(f"--{name}", type=float, help=text)
-    verb.add_argument("--figure", type=Path, help="draw the intervals (.png, .svg, .pdf)")
-    verb.add_argument("--json", action="store_true", help="for programs")
+    number("--camera-mm", nargs=3, metavar=("X", "Y", "Z"), help=text)
+    number("--distance-mm", help="of the camera from the contact (700)")
+    text = "of the tip along the indentation, each frame; else by target and optics"
+    number("--tip-noise-mm", help=text)
+    text = "of a piece of surface, each frame; else by optics and distance"
+    number("--surface-noise-mm", help=text)
+    number("--force-noise-n", help="of the force, each frame (0.01)")
+    option("--figure", type=Path, help="draw the intervals (.png, .svg, .pdf)")
+    option("--json", action="store_true", help="for programs")
     add_devices(verb)

@@ -1,12 +1,13 @@
 """The project of a folder: its configuration, kept solids, calibrations, results."""
 
+import argparse
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.capture.devices import CONFIG, read_device
+from palpate.capture.devices import CONFIG, device_folder, read_device
 from palpate.config.probe import PARTS, asked, require_met
 from palpate.config.sensor import HAND_EYE
 from palpate.yaml_files import load_yaml
@@ -75,20 +76,31 @@ class Project:
         return (load_yaml(self.folder / path) or {}) if there else {}
 
 
+def device_files(options: argparse.Namespace, near: Path, probe: str) -> dict[str, Path]:
+    """Files of the sensor that options name and of a probe, by kind, the nearest to a folder."""
+    named = {"sensors": options.sensor, "probes": probe}
+    folders = {kind: device_folder(kind, getattr(options, kind), near) for kind in named}
+    return {kind: folders[kind] / f"{name}.yaml" for kind, name in named.items()}
+
+
+def stated_devices(files: Mapping[str, Path]) -> tuple[Mapping, Mapping]:
+    """Sensor and probe of their files; a `ValueError` with all that is wrong with them."""
+    (sensor, wrong), (probe, more) = (read_device(path, kind) for kind, path in files.items())
+    if wrong or more:
+        raise ValueError("\n".join([*wrong, *more]))
+    return sensor, probe
+
+
 def calibrated_devices(files: Mapping[str, Path], project: Project) -> tuple[Mapping, Mapping]:
     """Sensor and probe, with what a run's calibrations found where they ask for it."""
     from palpate.vision.calibrated_probe import calibrated_probe, placed_sensor
     from palpate.vision.camera import sensor_with_optics
 
-    (sensor, wrong), (probe, more) = (read_device(path, kind) for kind, path in files.items())
-    if wrong or more:
-        raise ValueError("\n".join([*wrong, *more]))
-    name, optics = sensor["sensor"], None
-    if sensor.get("optics") == "calibration":
-        optics = project.optics(name)
-        if optics is None:
-            made = f"results/sensors/{name}/calibration.json of a run (or stated)"
-            raise ValueError(f"{files['sensors']}: optics: expected {made}, found none")
+    (sensor, probe), optics = stated_devices(files), None
+    name = sensor["sensor"]
+    if sensor.get("optics") == "calibration" and (optics := project.optics(name)) is None:
+        made = f"results/sensors/{name}/calibration.json of a run (or stated)"
+        raise ValueError(f"{files['sensors']}: optics: expected {made}, found none")
     calibrations = project.calibrations(name)
     probe = calibrated_probe(probe, calibrations)
     require_met(asked(probe), probe)

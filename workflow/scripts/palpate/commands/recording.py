@@ -47,7 +47,11 @@ depth.txt (docs/importing.md).
 def _import(options: argparse.Namespace) -> None:
     """Import a recording, and print lines on what was written."""
     folder, sensor, with_force = _place(options)
-    _require_recorded(folder)
+    described = folder.parent.parent / "object.yaml"
+    # The virtual lab may make its objects again.
+    if _stated(described).get("provenance") == "simulated":
+        found = "simulated (the virtual lab's object: name yours differently)"
+        raise mismatch(f"{described}: provenance", "recorded", found)
     source, own_force = options.force, with_force and options.force is None
     if source is not None and not with_force:
         of = "with --background" if options.background else f"for {folder}"
@@ -116,31 +120,19 @@ def _place(options: argparse.Namespace) -> tuple[Path, str, bool]:
     if folder.name == BACKGROUND and not options.background:
         raise mismatch(f"{folder}: capture", "--background for this name", "no option")
     own = folder.parent if folder.name == BACKGROUND else folder
-    if own.parent.parent.name == OF_SENSORS and own.name in WITH_FORCE:
-        sensor, with_force = own.parent.name, WITH_FORCE[own.name]
-        if fault := sensor_fault(sensor):
-            raise ValueError(f"{options.target}: sensor: {fault}")
-        return folder, sensor, with_force and not options.background
-    sensor, subject = folder.parent.name, folder.parent.parent.name
+    about = own.parent.parent.name == OF_SENSORS and own.name in WITH_FORCE
+    sensor, subject = (own if about else folder).parent.name, folder.parent.parent.name
     no_sensor = subject == RAW or (folder.parent / "object.yaml").exists()
-    if not subject or not sensor or no_sensor:
+    if not about and (not subject or not sensor or no_sensor):
         expected = "raw/<object>/<sensor>/<capture>, like raw/red_sponge/d435/08"
         raise mismatch(f"{options.target}: target", expected, options.target)
-    if fault := sensor_fault(sensor):
-        raise ValueError(f"{options.target}: sensor: {fault}")
-    if fault := object_fault(subject):
-        raise ValueError(f"{options.target}: object: {fault}")
-    if folder.name != BACKGROUND and not CAPTURE_NAME.fullmatch(folder.name):
+    faults = {"sensor": sensor_fault(sensor), "object": None if about else object_fault(subject)}
+    for name, fault in faults.items():
+        if fault:
+            raise ValueError(f"{options.target}: {name}: {fault}")
+    if not (about or folder.name == BACKGROUND or CAPTURE_NAME.fullmatch(folder.name)):
         raise mismatch(f"{folder}: capture", CAPTURE_WORDS, folder.name)
-    return folder, sensor, not options.background
-
-
-def _require_recorded(folder: Path) -> None:
-    """Keep recordings out of an object that the virtual lab makes, and may make again."""
-    path = folder.parent.parent / "object.yaml"
-    if _stated(path).get("provenance") == "simulated":
-        found = "simulated (the virtual lab's object: name yours differently)"
-        raise mismatch(f"{path}: provenance", "recorded", found)
+    return folder, sensor, (not about or WITH_FORCE[own.name]) and not options.background
 
 
 def _recording(request: Request, *, force: bool) -> Recording:

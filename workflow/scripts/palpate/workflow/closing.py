@@ -23,7 +23,11 @@ def closing_lines(results: Path) -> list[str]:
     pages = [f"{name}/{PAGE}" for name in dict.fromkeys(summary["object"])]
     names = ["objects.html", PAGE, *pages, "summary.csv", "tables/", "figures/"]
     there = ", ".join(name for name in names if (results / name).exists())
-    lines = [f"Results are in {results}/: {there}", *_artefacts(results)]
+    lines = [f"Results are in {results}/: {there}"]
+    with ARTEFACTS.open(newline="", encoding="utf-8") as stream:
+        names = [FILES[row["kind"]].format(row["id"]) for row in csv.DictReader(stream)]
+    if count := sum((results / name).is_file() for name in names):
+        lines += [f"{count} of the study's {len(names)} tables and figures are there."]
     lines += [f"For a browser: {results / PAGE}"] if (results / PAGE).is_file() else []
     lines += ["", "Recommended, from all captures of an object by one sensor (95 % intervals):"]
     for (name, sensor), rows in summary.groupby(["object", "sensor"], sort=False):
@@ -34,14 +38,6 @@ def closing_lines(results: Path) -> list[str]:
         lines += [f"  page: {page}"] if page.is_file() else []
     given = verdicts_in(summary[summary["recommended"]])
     return [*lines, "", *(f"{verdict}: {VERDICTS[verdict]}." for verdict in given)]
-
-
-def _artefacts(results: Path) -> list[str]:
-    """How many of the study's tables and figures are there."""
-    with ARTEFACTS.open(newline="", encoding="utf-8") as stream:
-        names = [FILES[row["kind"]].format(row["id"]) for row in csv.DictReader(stream)]
-    there = sum((results / name).is_file() for name in names)
-    return [f"{there} of the study's {len(names)} tables and figures are there."] if there else []
 
 
 def _recommended(rows: pd.DataFrame) -> list[str]:

@@ -8,16 +8,15 @@ from palpate.capture.check import check_object
 from palpate.capture.devices import PLACES, Devices, read_devices
 from palpate.capture.discover import (
     CURVE,
-    NOT_OBJECTS,
     CaptureId,
     curve_files,
     discover,
     folders,
+    object_folders,
     stamps_below,
 )
 from palpate.config.model import Model, problems
 from palpate.workflow import configuration_checks as checks
-from palpate.workflow import lab_captures
 from palpate.workflow.options import Config, as_asked
 from palpate.workflow.places import placed, who_said
 from palpate.workflow.run import Run
@@ -81,20 +80,20 @@ def open_run(
     seen = stamps_below(raw, only=only) if files else {}
 
     wrong = list(check_lab(lab, sensors, paths["lab"])) if lab and check_lab else []
-    dropped = {path.name for path in folders(raw)}.difference(NOT_OBJECTS)
-    names = {*dropped, *(lab or {}).get("objects", {})}
-    there = lab_captures.by_object(c for c in discover(raw) if only in (None, c.object))
+    dropped, objects = {one.name for one in object_folders(raw)}, (lab or {}).get("objects", {})
+    there = checks.by_object(c for c in discover(raw) if only in (None, c.object))
     simulated = frozenset(
         capture
-        for name, spec in (lab or {}).get("objects", {}).items()
-        if only in (None, name) and lab_captures.is_the_labs(name, raw, there[name], wrong)
-        for capture in lab_captures.recordings(name, spec, paths["lab"], sensors, probes, wrong)
+        for name, spec in objects.items()
+        if only in (None, name) and checks.is_the_labs(name, raw, there[name], wrong)
+        for capture in checks.recordings(name, spec, paths["lab"], sensors, probes, wrong)
     )
-    made = lab_captures.by_object(simulated)
-    wrong += lab_captures.dropped_among(made, there, paths)
+    made = checks.by_object(simulated)
+    wrong += checks.dropped_among(made, there, paths)
     own = [name for name in sorted(dropped) if only in (None, name)]
     for name in own:
-        if not lab_captures.still_the_labs(made[name], there[name]):
+        # The lab alone fills its object's folder, or has still to complete it.
+        if not made[name] or made[name] < there[name]:
             wrong += check_object(raw / name, sensors, probes, files=files)
     filmed = config["experiments"]["probe"]
     experiments = (raw / "sensors").is_dir() or (lab or {}).get("experiments")
@@ -115,6 +114,7 @@ def open_run(
         rules=rules,
     )
     wanted = run.captures
+    names = {*dropped, *objects}
     wrong += run.problems(names, source)
     wrong += checks.missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
     require_none(wrong or [_nothing_found(paths, only, names)] * (not wanted and not curves))
@@ -166,19 +166,12 @@ def _lab(path: str | None, kind: type[Model] | None, wrong: list[str]) -> Mappin
     except ValueError as error:
         wrong.append(str(error))
         return None
-    lines = problems(kind, spec, path) if kind else []
-    wrong += lines
+    wrong += (lines := problems(kind, spec, path) if kind else [])
     return None if lines else kind.plain(spec) if kind else spec
 
 
 def like_another(path: Path) -> object:
-    """Content of a file; where it says nothing, that of the file that it is ``like``.
-
-    Raises
-    ------
-    ValueError
-        If either is no file that says something by names.
-    """
+    """Content of a file; where it says nothing, that of the file that it is ``like``."""
     spec = load_yaml(path)
     if not isinstance(spec, Mapping) or not isinstance(spec.get("like"), str):
         return spec

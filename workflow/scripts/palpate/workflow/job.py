@@ -109,15 +109,10 @@ def _log(snakemake: object) -> Iterator[TextIO]:
 
 @contextmanager
 def naming(path: object, *fields: str) -> Iterator[None]:
-    """Put a file's name before what a block finds wrong with its content.
+    """Put a file's name before the `ValueError` of a block that finds its content wrong.
 
     Messages that begin with it stay as they are, and, where ``fields`` are given, those about
     others.
-
-    Raises
-    ------
-    ValueError
-        That of the block, as ``<path>: <message>``.
     """
     try:
         yield

@@ -33,11 +33,9 @@ def placed(paths: Mapping[str, str | None], project: Path) -> dict[str, str | No
 
     The lab is the working directory's own, or none: it films with the project's sensors.
     """
-    found = {
-        name: beside(path, project) if name in SHIPPED and path else path
-        for name, path in paths.items()
-    }
-    return found | ({} if found["lab"] != LAB or Path(LAB).exists() else {"lab": None})
+    found = {name: beside(paths[name], project) for name in SHIPPED if paths[name]}
+    own = {} if paths["lab"] != LAB or Path(LAB).exists() else {"lab": None}
+    return {**paths, **found, **own}
 
 
 def who_said(line: str, sources: Sequence[str], told: Mapping) -> str:
@@ -64,11 +62,9 @@ def _content(source: str) -> object:
 
 def _known(content: object, parts: Sequence[str]) -> int:
     """How many parts of a field's place are known."""
-    for k, part in enumerate(parts):
-        if not isinstance(content, Mapping) or part not in content:
-            return k
-        content = content[part]
-    return len(parts)
+    if not parts or not isinstance(content, Mapping) or parts[0] not in content:
+        return 0
+    return 1 + _known(content[parts[0]], parts[1:])
 
 
 def refuse(error: ValueError) -> NoReturn:
@@ -82,14 +78,7 @@ def refuse(error: ValueError) -> NoReturn:
 
 
 def require_values(given: Mapping) -> None:
-    """Reject what stands after ``--config`` without a value: it would mean that none is wanted.
-
-    Raises
-    ------
-    ValueError
-        With one line for each entry that is empty.
-    """
-    hint = "leave it out for what the configuration says"
-    if empty := [name for name, value in given.items() if value is None]:
-        lines = (f"--config {name}=: expected a value, found nothing ({hint})" for name in empty)
-        raise ValueError("\n".join(lines))
+    """Reject what stands after ``--config`` without a value: it would mean that none is wanted."""
+    line = "expected a value, found nothing (leave it out for what the configuration says)"
+    if empty := [f"--config {name}=: {line}" for name, value in given.items() if value is None]:
+        raise ValueError("\n".join(empty))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from palpate.capture.files import whole_file
+from palpate.capture.files import whole_file, write_text
 from palpate.markdown import rows_of
 
 # A report on the lab's errors, not a part of the lab.
@@ -31,12 +31,8 @@ NOTE = (
 def resource_table(benchmarks: Path) -> pd.DataFrame:
     """Sum up ``<rule>.tsv`` and ``<rule>/<job>.tsv`` of a folder by rule: `SUMS` in s and MB.
 
-    The longest total comes first; the totals of ``lab`` and ``pipeline`` are the last rows.
-
-    Raises
-    ------
-    ValueError
-        If the folder holds no benchmark, or one lacks a column.
+    The longest total comes first; the totals of ``lab`` and ``pipeline`` are the last rows. A
+    `ValueError` if the folder holds no benchmark, or one lacks a column.
     """
     found = [_job(path, benchmarks) for path in sorted(benchmarks.rglob("*.tsv"))]
     if not found:
@@ -66,8 +62,7 @@ def main(results: Path) -> None:
     text = "\n".join(["# Time and memory of a run", "", NOTE, "", *lines, ""])
     with whole_file(results / "tables/resources.csv") as part:
         table.to_csv(part, index=False, lineterminator="\n")
-    with whole_file(results / "tables/resources.md") as part:
-        part.write_text(text, encoding="utf-8")
+    write_text(results / "tables/resources.md", text)
 
 
 if __name__ == "__main__":

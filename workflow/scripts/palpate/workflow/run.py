@@ -11,7 +11,7 @@ from palpate.capture.discover import BACKGROUND, CaptureId, folder_fingerprint, 
 from palpate.config.probe import asked
 from palpate.config.sensor import HAND_EYE, asks_for_base
 from palpate.solid.options import first_images
-from palpate.workflow.lab_captures import says_simulated
+from palpate.workflow.configuration_checks import says_simulated
 from palpate.yaml_files import load_yaml
 
 # A capture as tables name it.

@@ -69,10 +69,7 @@ def start_run(workflow: Any, run: Run, logger: logging.Logger) -> None:
 def lock_folder(folder: str, *, warn: Callable[[str], None]) -> None:
     """Hold a folder until this process ends; ``warn`` of a file system that has no locks.
 
-    Raises
-    ------
-    ValueError
-        If the folder can't be written to, or another process holds it.
+    A `ValueError` if the folder can't be written to, or another process holds it.
     """
     path = Path(folder) / LOCK
     try:
