@@ -4,7 +4,7 @@
 This looks at what they hold: template, board, force, depth.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -71,11 +71,10 @@ def examine_object(
         Specifications by name; None of a file that is wrong, to which nothing is held.
     config : Config, optional
         The options that an estimate would have.
-    optics_of : callable, optional
-        Gives calibration.json of a sensor by name, where a run has made it.
-    calibrations_of : callable, optional
-        And those of the probe by it, and of the poses' base; of what the probe's file asks for and
-        nobody made, what it states counts.
+    optics_of, calibrations_of : callable, optional
+        Give calibration.json of a sensor by name, where a run has made it, and those of the probe
+        by it, and of the poses' base; of what the probe's file asks for and nobody made, what it
+        states counts.
 
     Returns
     -------
@@ -98,27 +97,27 @@ def examine_object(
             probe = calibrated_probe(as_stated(probe, {path.stem for path in made}), made)
             placed = placed_sensor(sensor, made)
             opened = [Capture(path, spec, placed, probe) for path in place.captures]
-            optics = optics_of(place.folder.name)
             # Of scans a run makes the template.
             to_align = "file" in spec["template"] and not template.wrong
-            options = config or Config()
-            result += _sensor(place, checked.right, opened, options, optics, to_align=to_align)
+            of = config or Config(), optics_of(place.folder.name)
+            result += _sensor(place, checked.right, opened, *of, to_align=to_align)
     return result
 
 
 def _curves(folder: Path, spec: Mapping, probe: Mapping | None) -> Findings:
     """What an object's curves hold; those that nothing is declared of need a look."""
     found = curve_files(folder)
+
+    def unused(paths: Iterable[Path], why: str) -> list[str]:
+        named = [path for path in paths if path.stem.partition("-")[0] in spec["points"]]
+        return [f"{path}: not used: {why}" for path in named]
+
     if "curves" not in spec:
-        lone = [path for path in found if path.stem.partition("-")[0] in spec["points"]]
-        line = "not used: object.yaml declares no curves"
-        return Findings(warnings=tuple(f"{path}: {line}" for path in lone))
+        return Findings(warnings=tuple(unused(found, "object.yaml declares no curves")))
     curves = {path: declared_curve(path, spec, probe) for path in found}
     warnings = [f"{path}: {line}" for path, one in curves.items() for line in one.warnings]
-    others = [path for path in folder.iterdir() if path.suffix in TEXTS and path.is_file()]
-    for path in sorted(others):
-        if path.stem.partition("-")[0] in spec["points"]:
-            warnings.append(f"{path}: not used: a curve's name ends with {CURVE_END}")
+    texts = sorted(path for path in folder.iterdir() if path.suffix in TEXTS and path.is_file())
+    warnings += unused(texts, f"a curve's name ends with {CURVE_END}")
     found = tuple(f"curve {path.stem}: {one.read}" for path, one in curves.items())
     return Findings(warnings=tuple(warnings), found=found)
 
@@ -135,12 +134,11 @@ def _sensor(
     """Look into one sensor's background and captures, as far as they are right by their format."""
     if not captures:
         return Findings((f"{place.folder}: folder: expected captures, found none",))
-    result, has_background = Findings(), captures[0].background in right
+    result = Findings()
+    how = {"has_background": captures[0].background in right, "to_align": to_align}
     for capture in captures:
         if capture.folder in right:
-            result += _capture(
-                capture, config, optics, has_background=has_background, to_align=to_align
-            )
+            result += _capture(capture, config, optics, **how)
     # What is wrong with a background comes up with each of its captures.
     return replace(result, wrong=tuple(dict.fromkeys(result.wrong)))
 
@@ -205,10 +203,7 @@ def _press(capture: Capture, press: Press, config: Config) -> Findings:
 
 
 def told_of(folder: Path, taken: Sequence[str]) -> Iterator[str]:
-    """Say what was made of a record's stamps and of its columns, where another might be expected.
-
-    Of a capture's folder, and the columns of force.csv that were taken.
-    """
+    """Say what was made of a record's stamps, and of its columns, of which some were ``taken``."""
     raw = read_table(folder / FORCE)
     burst = sampled_s(raw["time_s"].to_numpy(float))[1]
     if burst > 1:
@@ -218,27 +213,14 @@ def told_of(folder: Path, taken: Sequence[str]) -> Iterator[str]:
 
 
 def examine_frames(folder: Path, sensor: Mapping) -> Findings:
-    """Look into a capture's frames.
-
-    Parameters
-    ----------
-    folder : Path
-        ``raw/<object>/<sensor>/<capture>``, whose images are right by their size and kind.
-    sensor : mapping
-        The sensor's specification.
-
-    Returns
-    -------
-    Findings
-    """
+    """Look into a capture's frames, whose images are right by their size and kind."""
     first = Stream(folder, sensor)[0]
     if sensor["kind"] == "cloud":
         count, seen = (len(one.points_m) for one in (first, scene_cloud({"cloud": first}, sensor)))
         kind = f"points with{'' if first.normals is not None else 'out'} normals"
         return _timing(folder, f"{count} {kind}, {seen / count:.0%} of them in range")
     first = grey(first)
-    found = _timing(folder, f"{first.shape[1]} x {first.shape[0]} px")
-    level = float(first.mean())
+    found, level = _timing(folder, f"{first.shape[1]} x {first.shape[0]} px"), float(first.mean())
     if not DARKEST <= level <= BRIGHTEST:
         expected = f"grey levels of {DARKEST} to {BRIGHTEST} on average"
         found += _seldom(f"{folder}: frames", expected, f"{level:.0f}", wrong=level < BLACK)
@@ -252,14 +234,14 @@ def examine_scene(folder: Path, background: Path, sensor: Mapping) -> Findings:
     images = (grey(Stream(place, sensor)[0]) for place in (folder, background))
     smooth = [cv2.blur(image, (BLUR_PX, BLUR_PX)).astype(int) for image in images]
     share = float((np.abs(smooth[0] - smooth[1]) > CHANGED).mean())
+    if LEAST_CHANGED <= share <= MOST_CHANGED:
+        return Findings(found=(f"{share:.0%} of the picture is new against the background",))
+    expected = "the background's scene (same place, same light)"
+    found = f"{share:.0%} of the picture changed"
     if share < LEAST_CHANGED:
         expected = "object and probe, which the background must not hold"
-        return _seldom(f"{folder}: frames", expected, f"{share:.2%} of the picture changed")
-    if share > MOST_CHANGED:
-        expected = "the background's scene (same place, same light)"
-        found = f"{share:.0%} of the picture changed"
-        return _seldom(f"{folder}: frames", expected, found, wrong=share > ALL_CHANGED)
-    return Findings(found=(f"{share:.0%} of the picture is new against the background",))
+        found = f"{share:.2%} of the picture changed"
+    return _seldom(f"{folder}: frames", expected, found, wrong=share > ALL_CHANGED)
 
 
 def _seldom(place: str, expected: str, found: str, *, wrong: bool = False) -> Findings:

@@ -97,18 +97,10 @@ def fit(
     given = None if weights is None else np.asarray(weights, dtype=float)
     if given is not None and not (given.shape == depth.shape and given.min() >= 0 < given.max()):
         raise ValueError("weights: expected one from 0 for each of depth_m, found others")
-    setup = Setup(
-        radius_m=radius_m,
-        indenter=indenter,
-        half_angle_rad=half_angle_rad,
-        object_radius_m=object_radius_m,
-        thickness_m=thickness_m,
-        poisson_ratio=poisson_ratio,
-        baseline=baseline,
-        residual=residual,
-        base=base,
-        contact_m=contact_m,
-    )
+    tip = {"radius_m": radius_m, "indenter": indenter, "half_angle_rad": half_angle_rad}
+    body = {"object_radius_m": object_radius_m, "thickness_m": thickness_m, "base": base}
+    compared = {"baseline": baseline, "residual": residual, "contact_m": contact_m}
+    setup = Setup(**tip, **body, **compared, poisson_ratio=poisson_ratio)
     phases = phases_of(depth, force)
     if stiffness_n_m is not None:
         if not 0 < stiffness_n_m < np.inf:
@@ -119,8 +111,8 @@ def fit(
     whole, one_way = np.ptp(depth), not (back or loading.start)
     if one_way or reach < LOADED * whole or step > LARGEST_STEP * whole:
         return fit_curve(depth, force, setup, given)
-    of_loading = None if given is None else given[loading]
-    found = fit_curve(depth[loading], force[loading], setup, of_loading)
+    given = None if given is None else given[loading]
+    found = fit_curve(depth[loading], force[loading], setup, given)
     used = f"{loading.stop - loading.start} of {len(depth)} samples"
     note = f"the record has an unloading: its loading alone is fitted, {used}"
     return replace(found, notes=(*found.notes, note))

@@ -34,13 +34,8 @@ MAPPED = "effective_reduced_modulus_pa"
 # Sources of an uncertainty budget, by how their names begin, that each capture has for itself, and
 # that captures of one point share; all others are the same error at all points that are indented
 # alike: as deep, by the same sphere, into a surface of the same shape.
-OF_CAPTURE = (
-    *OWN_SOURCES,
-    "noise of",
-    "offset of the force",
-    "drift of the force",
-    "captures that differ",
-)
+OF_CAPTURE = (*OWN_SOURCES, "noise of", "offset of the force", "drift of the force")
+OF_CAPTURE += ("captures that differ",)
 OF_POINT = ("curvature of the template", "indentation table", "support: rocking")
 # p-value from which on points are said not to differ, and the least that is printed.
 LIKELY_ALIKE, LEAST_P = 1 - CONFIDENCE, 1e-4
@@ -77,16 +72,12 @@ class Homogeneity:
     def __str__(self) -> str:
         p = f"p = {self.p_value:.2g}" if self.p_value >= LEAST_P else f"p < {LEAST_P:g}"
         test = f"{p}; Q = {self.q:.1f}, {self.freedom} degrees of freedom"
-        most = f"{PERCENT * self.deviation_high:.0f} %"
+        std, most = (f"{PERCENT * one:.0f} %" for one in (self.deviation, self.deviation_high))
         if self.p_value >= LIKELY_ALIKE:
-            return (
-                f"the points do not differ beyond their uncertainty ({test}); a standard deviation"
-                f" between points of up to {most} could remain unseen"
-            )
-        return (
-            f"the points differ by more than their uncertainty ({test}): the standard deviation"
-            f" between points is {PERCENT * self.deviation:.0f} % (up to {most})"
-        )
+            line = f"the points do not differ beyond their uncertainty ({test}); a standard"
+            return f"{line} deviation between points of up to {most} could remain unseen"
+        line = f"the points differ by more than their uncertainty ({test}): the standard deviation"
+        return f"{line} between points is {std} (up to {most})"
 
 
 def homogeneity(logs: ArrayLike, stds: ArrayLike) -> Homogeneity:
@@ -223,13 +214,7 @@ def stiffness_map(
 
 
 def log_std(modulus: Modulus) -> float:
-    """Standard deviation of a modulus' logarithm, by its interval.
-
-    Raises
-    ------
-    ValueError
-        If it has no interval about it.
-    """
+    """Standard deviation of a modulus' logarithm, by its interval; a `ValueError` without one."""
     value, low, high = modulus.value, modulus.low, modulus.high
     if low is None or high is None or not 0 < low <= value <= high < np.inf or low == high:
         raise ValueError(f"moduli: expected values within intervals, found {modulus}")
