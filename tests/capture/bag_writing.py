@@ -48,16 +48,9 @@ def stand_in(frames=6, size=(48, 64), *, rate_hz=30, start_s=1_700_000_000, plai
     step = NANOSECONDS // rate_hz
     color_ns = start_s * NANOSECONDS + np.arange(frames) * step
     wrench_ns = np.arange(color_ns[0] - 10**8, color_ns[-1] + 10**8, 10**6)
-    return Film(
-        color,
-        depth,
-        color_ns,
-        color_ns + step // 10,
-        random.normal(size=(len(wrench_ns), 6)),
-        wrench_ns,
-        (60.5, 61.25, 31.0, 23.5),
-        (70.5, 71.25, 32.0, 24.5),
-    )
+    wrench = random.normal(size=(len(wrench_ns), 6))
+    optics = (60.5, 61.25, 31.0, 23.5), (70.5, 71.25, 32.0, 24.5)
+    return Film(color, depth, color_ns, color_ns + step // 10, wrench, wrench_ns, *optics)
 
 
 class Messages:
@@ -81,16 +74,11 @@ class Messages:
 
     def image(self, pixels, stamp_ns, frame, encoding=None):
         pixels = np.ascontiguousarray(pixels)
-        return self.make(
-            "sensor_msgs/msg/Image",
-            header=self.header(stamp_ns, frame),
-            height=pixels.shape[0],
-            width=pixels.shape[1],
-            encoding=encoding or ENCODINGS[pixels.dtype.name],
-            is_bigendian=0,
-            step=pixels.strides[0],
-            data=np.frombuffer(pixels.tobytes(), np.uint8),
-        )
+        rest = {"encoding": encoding or ENCODINGS[pixels.dtype.name], "is_bigendian": 0}
+        rest |= {"height": pixels.shape[0], "width": pixels.shape[1], "step": pixels.strides[0]}
+        data = np.frombuffer(pixels.tobytes(), np.uint8)
+        header = self.header(stamp_ns, frame)
+        return self.make("sensor_msgs/msg/Image", header=header, data=data, **rest)
 
     def compressed(self, data, stamp_ns, frame, kind):
         header = self.header(stamp_ns, frame)
@@ -123,21 +111,15 @@ class Messages:
 
     def transform(self, pose):
         quaternion = dict(zip("xyzw", map(float, pose[0]), strict=True))
-        rotation = self.make("geometry_msgs/msg/Quaternion", **quaternion)
-        translation = self.vector(pose[1])
-        name = "geometry_msgs/msg/Transform"
-        return self.make(name, rotation=rotation, translation=translation)
+        both = {"rotation": self.make("geometry_msgs/msg/Quaternion", **quaternion)}
+        both["translation"] = self.vector(pose[1])
+        return self.make("geometry_msgs/msg/Transform", **both)
 
     def transforms(self, stamp_ns, frames=CAMERAS):
-        stamped = [
-            self.make(
-                "geometry_msgs/msg/TransformStamped",
-                header=self.header(stamp_ns, parent),
-                child_frame_id=child,
-                transform=self.transform(pose),
-            )
-            for parent, child, pose in frames
-        ]
+        stamped, name = [], "geometry_msgs/msg/TransformStamped"
+        for parent, child, pose in frames:
+            place = {"child_frame_id": child, "transform": self.transform(pose)}
+            stamped.append(self.make(name, header=self.header(stamp_ns, parent), **place))
         return self.make("tf2_msgs/msg/TFMessage", transforms=stamped)
 
 
@@ -235,11 +217,17 @@ def write_tum(folder, film, *, factor=5000, wrench=True):
         lines = [f"{seconds(stamp)} {file}" for stamp, file in zip(stamps, files, strict=True)]
         (folder / f"{kind}.txt").write_text("\n".join(["# timestamp filename", *lines]) + "\n")
     if wrench:
-        rows = zip(film.wrench_ns, film.wrench, strict=True)
-        lines = [f"{seconds(stamp)},{','.join(map(repr, map(float, row)))}" for stamp, row in rows]
-        head = "time_s,fx_n,fy_n,fz_n,tx_nm,ty_nm,tz_nm"
-        (folder / "force.csv").write_text("\n".join([head, *lines]) + "\n")
+        write_wrenches(folder / "force.csv", film)
     return folder
+
+
+def write_wrenches(path, film):
+    """Of a film, as a table."""
+    rows = zip(film.wrench_ns, film.wrench, strict=True)
+    lines = [f"{seconds(stamp)},{','.join(map(repr, map(float, row)))}" for stamp, row in rows]
+    head = "time_s,fx_n,fy_n,fz_n,tx_nm,ty_nm,tz_nm"
+    path.write_text("\n".join([head, *lines]) + "\n")
+    return path
 
 
 def seconds(stamp_ns):

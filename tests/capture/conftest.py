@@ -4,6 +4,7 @@ import shutil
 
 import pytest
 from bag_writing import stand_in
+from palpate.__main__ import main
 
 
 @pytest.fixture
@@ -16,6 +17,24 @@ def block(root, tmp_path):
 
 
 @pytest.fixture
+def said(capsys):
+    """Give a command, whose status is asserted: what it says."""
+
+    def run(*words, status=0):
+        capsys.readouterr()
+        assert main([*map(str, words)]) == status
+        return "".join(capsys.readouterr())
+
+    return run
+
+
+@pytest.fixture
 def film():
     """A small film of noise."""
     return stand_in()
+
+
+@pytest.fixture
+def target(tmp_path):
+    """Where an import puts a capture."""
+    return tmp_path / "raw/block/camera/08"

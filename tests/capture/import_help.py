@@ -5,7 +5,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-import pandas as pd
 from bag_writing import (
     NANOSECONDS,
     Messages,
@@ -14,6 +13,7 @@ from bag_writing import (
     write_ros1,
     write_ros2,
     write_tum,
+    write_wrenches,
 )
 from palpate.__main__ import main
 from palpate.capture.images import depth_of, read_image
@@ -48,16 +48,20 @@ def db3_file(path, film):
     return next(sqlite3(path, film).glob("*.db3"))
 
 
-def realsense(path, film):
-    return write_realsense(path / "film.bag", film)
+def realsense(path, film, **options):
+    return write_realsense(path / "film.bag", film, **options)
 
 
-def realsense_of_old(path, film):
-    return write_realsense(path / "film.bag", film, marked=False)
+realsense_of_old = partial(realsense, marked=False)
 
 
 def tum(path, film):
     return write_tum(path / "film", film)
+
+
+# Each film comes back from these.
+KINDS = [ros1, ros1_lz4, sqlite3, db3_file, mcap_folder, mcap_file]
+KINDS += [realsense, realsense_of_old, tum]
 
 
 def bring(recording, target, *options, sensors=None):
@@ -70,17 +74,10 @@ def read_spec(tmp_path):
     return load_yaml(tmp_path / "sensors/camera.yaml")
 
 
-def wrench_file(path, film):
-    """Wrenches for a recording that can't hold any."""
-    table = pd.DataFrame(film.wrench, columns=list(WRENCH_COLUMNS))
-    table.insert(0, "time_s", film.wrench_ns / NANOSECONDS)
-    table.to_csv(path / "wrench.csv", index=False)
-    return path / "wrench.csv"
-
-
 def options_for(kind, path, film):
+    """Those without which it is no capture: forces of a recording that can't hold any, optics."""
     if kind in (realsense, realsense_of_old):
-        return ["--force", str(wrench_file(path, film))]
+        return ["--force", str(write_wrenches(path / "wrench.csv", film))]
     return ["--intrinsics", *map(str, film.color_optics)] if kind is tum else []
 
 
@@ -98,11 +95,14 @@ def assert_same(folder, film):
         assert np.array_equal(np.rint(1000 * found_m), depth)
 
 
-def without_partners(film):
-    """A film of which one colour and the next depth image are lost: a pair is 30 ms apart."""
-    colors, depths = ([k for k in range(len(film.color)) if k != lost] for lost in (4, 5))
-    images = {"color": [film.color[k] for k in colors], "depth": [film.depth[k] for k in depths]}
-    return replace(film, **images, color_ns=film.color_ns[colors], depth_ns=film.depth_ns[depths])
+def left(film, lost, *kinds):
+    """A film without some images, of both kinds where none is named."""
+    changes = {}
+    for kind in kinds or ("color", "depth"):
+        images, stamps = getattr(film, kind), getattr(film, f"{kind}_ns")
+        changes[kind] = [image for k, image in enumerate(images) if k not in lost]
+        changes[f"{kind}_ns"] = np.delete(stamps, lost)
+    return replace(film, **changes)
 
 
 def without(*topics):

@@ -9,34 +9,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from bag_writing import (
-    COLOR_POSE,
-    DEPTH_INFO,
-    DEPTH_POSE,
-    NANOSECONDS,
-    WRENCH,
-    Film,
-    stand_in,
-    write_realsense,
-)
+from bag_writing import COLOR_POSE, DEPTH_INFO, DEPTH_POSE, NANOSECONDS, WRENCH, Film, stand_in
 from import_help import (
+    KINDS,
     assert_same,
     bag_of,
     bring,
-    db3_file,
+    left,
     mcap_file,
-    mcap_folder,
     options_for,
     read_spec,
     realsense,
-    realsense_of_old,
     ros1,
-    ros1_lz4,
     sqlite3,
     tum,
     with_message,
-    without_partners,
-    wrench_file,
 )
 from palpate.__main__ import main
 from palpate.capture.experiments import check_experiment
@@ -52,7 +39,7 @@ FRAMES = 8
 
 
 @pytest.fixture(scope="module")
-def film(root, probe):
+def sample_film(root, probe):
     """Most of the sample's capture with the Kinect, as a camera of millimetres would have it."""
     sensor = yaml.safe_load((root / "tests/sample/sensors/kinect.yaml").read_text())
     folder = root / "tests/sample/raw/foam_block/kinect/08"
@@ -71,13 +58,8 @@ def nanoseconds(times_s):
     return START_S * NANOSECONDS + np.rint(times_s.to_numpy() * 1e9).astype(np.int64)
 
 
-KINDS = [ros1, ros1_lz4, sqlite3, db3_file, mcap_folder, mcap_file]
-KINDS += [realsense, realsense_of_old, tum]
-
-
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_film_comes_back(kind, tmp_path):
-    film = stand_in()
+def test_a_film_comes_back(kind, film, tmp_path):
     target = tmp_path / "raw/block/camera/08-a02"
     options = options_for(kind, tmp_path, film)
     assert bring(kind(tmp_path, film), target, *options) == 0
@@ -86,12 +68,12 @@ def test_a_film_comes_back(kind, tmp_path):
 
 
 @pytest.mark.parametrize("kind", [ros1, mcap_file, realsense, tum])
-def test_the_samples_capture_passes_the_check(kind, film, root, tmp_path, capsys):
+def test_the_samples_capture_passes_the_check(kind, sample_film, root, tmp_path, capsys):
     block, sample = tmp_path / "raw/foam_block", root / "tests/sample/raw/foam_block"
     shutil.copytree(sample, block, ignore=shutil.ignore_patterns("kinect", "bum*"))
     described = (block / "object.yaml").read_text()
     (block / "object.yaml").write_text(described.replace("simulated", "recorded"))
-    options, recording = options_for(kind, tmp_path, film), kind(tmp_path, film)
+    options, recording = options_for(kind, tmp_path, sample_film), kind(tmp_path, sample_film)
     sensors = tmp_path / "sensors"
     assert bring(recording, block / "camera/08", *options, sensors=sensors) == 0
     assert bring(recording, block / "camera", "--background", sensors=sensors) == 0
@@ -101,7 +83,7 @@ def test_the_samples_capture_passes_the_check(kind, film, root, tmp_path, capsys
     # All is right but that the film itself stands for the empty scene.
     wrong = f"{block}/camera/08: mask: expected foreground in each frame, found none in 0\n  "
     assert capsys.readouterr().out.startswith(wrong)
-    assert_same(block / "camera/08", film)
+    assert_same(block / "camera/08", sample_film)
     assert not (block / "camera/background/force.csv").exists()
 
 
@@ -116,9 +98,8 @@ def of_old_ros(path, film):
 
 
 @pytest.mark.parametrize("kind", [mcap_file, of_old_ros])
-def test_the_sensors_file_is_what_the_drivers_said(kind, tmp_path):
-    film = stand_in()
-    bring(kind(tmp_path, film), tmp_path / "raw/block/camera/08")
+def test_the_sensors_file_is_what_the_drivers_said(kind, film, target, tmp_path):
+    bring(kind(tmp_path, film), target)
     spec = read_spec(tmp_path)
     assert (spec["sensor"], spec["kind"], spec["frame_rate_hz"]) == ("camera", "depth", RATE_HZ)
     for stream in ("color", "depth"):
@@ -133,104 +114,93 @@ def test_the_sensors_file_is_what_the_drivers_said(kind, tmp_path):
     np.testing.assert_allclose(spec["depth"]["color_from_depth"], expected, atol=1e-8)
 
 
-def test_images_without_a_partner_are_told(tmp_path, capsys):
-    film = stand_in(frames=12)
-    some = [k for k in range(12) if k not in (3, 7)]
-    less = replace(film, depth=[film.depth[k] for k in some], depth_ns=film.depth_ns[some])
-    target = tmp_path / "raw/block/camera/08"
-    assert bring(sqlite3(tmp_path, less), target) == 0
+def test_images_without_a_partner_are_told(target, tmp_path, capsys):
+    film, lost = stand_in(frames=12), [3, 7]
+    assert bring(sqlite3(tmp_path, left(film, lost, "depth")), target) == 0
     told = capsys.readouterr().out
     assert "2 of 12 images have no depth image within half a frame (16.7 ms), left out" in told
     # The partners of these are lost: no window brings them back.
     assert "--pairing-ms" not in told
-    kept = replace(less, color=[film.color[k] for k in some], color_ns=film.color_ns[some])
-    assert_same(target, kept)
+    assert_same(target, left(film, lost))
 
 
 @pytest.mark.parametrize("kind", [sqlite3, tum])
-def test_a_wider_window_takes_pairs_that_are_far_apart(kind, tmp_path, capsys):
-    film = without_partners(stand_in(frames=12))
+def test_a_wider_window_takes_pairs_that_are_far_apart(kind, target, tmp_path, capsys):
+    """One colour and the next depth image are lost: a pair is 30 ms apart."""
+    film = left(left(stand_in(frames=12), [4], "color"), [5], "depth")
     recording, options = kind(tmp_path, film), options_for(kind, tmp_path, film)
-    assert bring(recording, tmp_path / "raw/block/camera/08", *options) == 0
+    assert bring(recording, target, *options) == 0
     said = capsys.readouterr().out
     for other in ("depth", "color"):
         assert f"1 of 11 images have no {other} image within half a frame (16.7 ms)" in said
     assert said.count(" s; of 1 the nearest is 30.0 ms away (--pairing-ms)\n") == 2
-    assert len(read_frames(tmp_path / "raw/block/camera/08")) == 10
-    target = tmp_path / "raw/block/camera/09"
+    assert len(read_frames(target)) == 10
+    target = target.with_name("09")
     assert bring(recording, target, *options, "--pairing-ms", "30") == 0
     said = capsys.readouterr().out
     assert "stamps apart by at most 30.0 ms" in said and "--pairing-ms" not in said
     assert_same(target, film)
 
 
-def test_the_lens_of_a_folder(tmp_path):
-    film, lens = stand_in(), ["0.2624", "-0.9531", "-5e-05", "0.0026", "1.1633"]
-    options = [*options_for(tum, tmp_path, film), "--distortion", *lens]
-    assert bring(tum(tmp_path, film), tmp_path / "raw/block/camera/08", *options) == 0
+def test_the_lens_of_a_folder(film, target, tmp_path):
+    lens = [0.2624, -0.9531, -5e-05, 0.0026, 1.1633]
+    options = [*options_for(tum, tmp_path, film), "--distortion", *map(str, lens)]
+    assert bring(tum(tmp_path, film), target, *options) == 0
     spec = read_spec(tmp_path)
     for kind in ("color", "depth"):
-        assert spec[kind]["distortion"] == [0.2624, -0.9531, -5e-05, 0.0026, 1.1633]
+        assert spec[kind]["distortion"] == lens
         assert spec[kind]["fx_px"] == 60.5
 
 
-def test_frames_before_the_first_force_are_told(tmp_path, capsys):
+def test_frames_before_the_first_force_are_told(target, tmp_path, capsys):
     film = stand_in(frames=12)
     late = film.wrench_ns >= film.color_ns[2] - 1_000_000
     film = replace(film, wrench=film.wrench[late], wrench_ns=film.wrench_ns[late])
-    target = tmp_path / "raw/block/camera/08"
     assert bring(ros1(tmp_path, film), target) == 0
     told = "frames: 2 before the first and 0 after the last force sample, left out"
     assert told in capsys.readouterr().out
     assert len(read_frames(target)) == 10
 
 
-def test_the_clock_is_the_headers(tmp_path):
+def test_the_clock_is_the_headers(film, target, tmp_path):
     """Messages that were written down late, and not in the order of their stamps."""
-    film, random = stand_in(), np.random.default_rng(5)
+    random = np.random.default_rng(5)
 
     def late(topic, received_ns, message, _):
         return topic, received_ns + int(random.integers(0, 200_000_000)), message
 
-    target = tmp_path / "raw/block/camera/08"
     assert bring(bag_of(tmp_path, film, late), target) == 0
     assert_same(target, film)
 
 
 @pytest.mark.parametrize("clock", ["Hardware Clock", "Global Time"])
-def test_force_of_another_clock(clock, tmp_path, capsys):
-    film = stand_in()
-    bag = write_realsense(tmp_path / "film.bag", film, clock=clock)
+def test_force_of_another_clock(clock, film, target, tmp_path, capsys):
+    bag = realsense(tmp_path, film, clock=clock)
     late = replace(film, wrench_ns=film.wrench_ns + 5 * 10**8)
-    options = ["--force", str(wrench_file(tmp_path, late)), "--force-offset", "-0.5"]
-    assert bring(bag, tmp_path / "raw/block/camera/08", *options) == 0
-    assert_same(tmp_path / "raw/block/camera/08", film)
+    options = [*options_for(realsense, tmp_path, late), "--force-offset", "-0.5"]
+    assert bring(bag, target, *options) == 0
+    assert_same(target, film)
     told = "another clock than the computer's (Hardware Clock): force of the computer's clock needs"
     assert (told in capsys.readouterr().out) == (clock == "Hardware Clock")
 
 
 @pytest.mark.parametrize("kind", [ros1, tum])
-def test_images_that_repeat_the_one_before_are_left_out(kind, tmp_path, capsys):
+def test_images_that_repeat_the_one_before_are_left_out(kind, target, tmp_path, capsys):
     film = stand_in(frames=9)
     color, depth = list(film.color), list(film.depth)
     color[3] = color[4] = color[2]
     depth[6] = depth[5]
-    target = tmp_path / "raw/block/camera/08"
     options = options_for(kind, tmp_path, film)
     assert bring(kind(tmp_path, replace(film, color=color, depth=depth)), target, *options) == 0
     told = "frames: 3 of 9 repeat an image of the frame before, left out, the first (color) at"
     assert f"{told} {film.color_ns[3] / NANOSECONDS:.3f} s" in capsys.readouterr().out
-    kept = [0, 1, 2, 5, 7, 8]
-    images = {name: [getattr(film, name)[k] for k in kept] for name in ("color", "depth")}
-    assert_same(target, replace(film, **images, color_ns=film.color_ns[kept]))
-    assert len(list(target.rglob("*.png"))) == 2 * len(kept)
+    assert_same(target, left(film, [3, 4, 6]))
+    assert len(list(target.rglob("*.png"))) == 2 * 6
 
 
-def test_the_same_bytes_twice(tmp_path):
-    bag = mcap_file(tmp_path, stand_in())
-    contents = []
-    for name in ("08", "09"):
-        folder = tmp_path / "raw/block/camera" / name
+def test_the_same_bytes_twice(film, target, tmp_path):
+    bag, contents = mcap_file(tmp_path, film), []
+    for folder in (target, target.with_name("09")):
         bring(bag, folder)
         files = sorted(path for path in folder.rglob("*") if path.is_file())
         contents.append([path.read_bytes() for path in files])
@@ -271,13 +241,12 @@ def test_memory_does_not_grow_with_the_film(root, tmp_path):
     assert peaks[120] < 1.15 * peaks[5]
 
 
-def test_wrenches_without_stamps_can_take_the_receipts(tmp_path, capsys):
+def test_wrenches_without_stamps_can_take_the_receipts(film, target, tmp_path, capsys):
     def unstamped(topic, received_ns, message, _):
         # A recorder notes each of them 0.1 ms late.
         late = topic == WRENCH
         return topic, received_ns - late * 10**5, message.wrench if late else message
 
-    film, target = stand_in(), tmp_path / "raw/block/camera/08"
     bag = bag_of(tmp_path, film, unstamped)
     assert bring(bag, target) == 1
     assert "--receive-clock" in capsys.readouterr().err
@@ -285,9 +254,9 @@ def test_wrenches_without_stamps_can_take_the_receipts(tmp_path, capsys):
     assert_same(target, film)
 
 
-def test_films_of_the_probe(film, tmp_path):
+def test_films_of_the_probe(sample_film, tmp_path):
     """Into raw/sensors: a turning handle has no force; what was held free has an empty table."""
-    recording, folder = ros1(tmp_path, film), tmp_path / "raw/sensors/camera"
+    recording, folder = ros1(tmp_path, sample_film), tmp_path / "raw/sensors/camera"
     sensors = tmp_path / "sensors"
     assert bring(recording, folder / "pivot", sensors=sensors) == 0
     assert not (folder / "pivot/force.csv").exists()

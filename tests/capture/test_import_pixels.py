@@ -16,30 +16,43 @@ from bag_writing import (
     Messages,
     camera_messages,
     stand_in,
-    write_realsense,
     write_ros2,
 )
-from import_help import assert_same, bag_of, bring, read_spec, ros1, with_message, wrench_file
+from import_help import (
+    assert_same,
+    bag_of,
+    bring,
+    options_for,
+    read_spec,
+    realsense,
+    ros1,
+    with_message,
+)
 from palpate.capture.images import read_image
 from palpate.capture.importing.optics import coefficients
-from palpate.capture.importing.pixels import file_form, form_of
-from palpate.capture.importing.recording import paired
 from palpate.vision.clouds import scene_points
 
 
-def test_depth_in_the_colour_cameras_frame(tmp_path):
+def test_registered_depth_and_rectified_images(film, target, tmp_path):
+    """Depth is in the colour camera's frame; what is rectified has the projection's optics."""
+
     def registered(topic, time, message, _):
         if topic == DEPTH_INFO:
             message.header.frame_id = COLOR_FRAME
+        if topic == COLOR_INFO:
+            message.p = message.p * 1.1
+        topic = "/camera/color/image_rect_color" if topic == COLOR else topic
         return None if topic == "/tf_static" else (topic, time, message)
 
-    bag = bag_of(tmp_path, stand_in(), registered, ros1=False)
-    assert bring(bag, tmp_path / "raw/block/camera/08") == 0
-    np.testing.assert_array_equal(read_spec(tmp_path)["depth"]["color_from_depth"], np.eye(4))
+    assert bring(bag_of(tmp_path, film, registered, ros1=False), target) == 0
+    spec = read_spec(tmp_path)
+    np.testing.assert_array_equal(spec["depth"]["color_from_depth"], np.eye(4))
+    assert spec["color"]["distortion"] == [0, 0, 0, 0, 0]
+    assert spec["color"]["fx_px"] == pytest.approx(1.1 * film.color_optics[0])
 
 
 @pytest.mark.parametrize("metres", [False, True])
-def test_a_plane_is_where_it_stood(metres, tmp_path):
+def test_a_plane_is_where_it_stood(metres, target, tmp_path):
     """Depth of a tilted plane by the camera's model, back through file and images."""
     film = stand_in(size=(96, 128))
     fx, fy, cx, cy = film.depth_optics
@@ -52,7 +65,6 @@ def test_a_plane_is_where_it_stood(metres, tmp_path):
     depths = [(depth_m.astype(np.float32) if metres else counts).copy() for _ in film.depth]
     for k, image in enumerate(depths):
         image[0, :k] = 0
-    target = tmp_path / "raw/block/camera/08"
     assert bring(ros1(tmp_path, replace(film, depth=depths)), target) == 0
     spec = read_spec(tmp_path)
     image = read_image(target / "depth/000000.png", "millimetre")
@@ -68,7 +80,7 @@ def test_a_plane_is_where_it_stood(metres, tmp_path):
     assert 0.1 < off.std() / count_m < 0.4  # a count over the root of twelve
 
 
-def test_other_encodings(tmp_path):
+def test_other_encodings(target, tmp_path):
     """BGR and JPEG become RGB; compressed depth stays what it was."""
     film, messages = stand_in(size=(96, 128)), Messages(ros1=False)
     smooth = [cv2.GaussianBlur(image, (0, 0), 12) for image in film.color]
@@ -82,7 +94,6 @@ def test_other_encodings(tmp_path):
         kind = "16UC1; compressedDepth png"
         one = messages.compressed(bytes(12) + png, film.depth_ns[k], DEPTH_FRAME, kind)
         found.append((f"{DEPTH}/compressedDepth", stamp + 1, one))
-    target = tmp_path / "raw/block/camera/08"
     assert bring(write_ros2(tmp_path / "film", found, messages), target) == 0
     for k in range(len(smooth)):
         color = read_image(target / f"color/{k:06d}.png", "rgb8").astype(int)
@@ -91,7 +102,7 @@ def test_other_encodings(tmp_path):
         assert np.array_equal(depth, film.depth[k])
 
 
-def test_bgr_and_big_endian_depth(tmp_path):
+def test_bgr_and_big_endian_depth(film, target, tmp_path):
     def change(topic, time, message, _):
         if topic == COLOR:
             message.encoding = "bgr8"
@@ -100,17 +111,15 @@ def test_bgr_and_big_endian_depth(tmp_path):
             message.is_bigendian = 1
         return topic, time, message
 
-    film, target = stand_in(), tmp_path / "raw/block/camera/08"
     assert bring(bag_of(tmp_path, film, change), target) == 0
     assert_same(target, replace(film, color=[image[..., ::-1] for image in film.color]))
 
 
-def test_what_a_count_was_taken_as_is_told(tmp_path, capsys):
-    film = stand_in()
-    assert bring(ros1(tmp_path, film), tmp_path / "raw/block/camera/07") == 0
+def test_what_a_count_was_taken_as_is_told(film, target, tmp_path, capsys):
+    assert bring(ros1(tmp_path, film), target) == 0
     path = tmp_path / "sensors/camera.yaml"
     path.write_text(yaml.safe_dump(read_spec(tmp_path) | {"range_m": [2, 3]}))
-    assert bring(tmp_path / "film.bag", tmp_path / "raw/block/camera/08") == 0
+    assert bring(tmp_path / "film.bag", target.with_name("09")) == 0
     found = capsys.readouterr().out
     median_m = 1e-3 * np.median(film.depth)
     told = "one count is 1 mm (16UC1 by REP 118, the recording states none: --depth-unit)"
@@ -118,7 +127,7 @@ def test_what_a_count_was_taken_as_is_told(tmp_path, capsys):
     assert "depth: that is not in the sensor's range_m, 2 to 3 m" in found
     assert "worth a look" not in found
     options = ("--depth-unit", "0.01", "--trust-sensor-file")
-    assert bring(tmp_path / "film.bag", tmp_path / "raw/block/camera/09", *options) == 0
+    assert bring(tmp_path / "film.bag", target.with_name("10"), *options) == 0
     assert "depth: worth a look: few benches are so far; a D405" in capsys.readouterr().out
 
 
@@ -126,9 +135,8 @@ OPTICS = ("fx_px", "fy_px", "cx_px", "cy_px")
 
 
 @pytest.mark.parametrize("whole", [True, False])
-def test_optics_of_a_region_in_bins(whole, tmp_path):
+def test_optics_of_a_region_in_bins(whole, film, target, tmp_path):
     """A chip of twice the pixels and a margin, read in bins of two: optics in its own pixels."""
-    film = stand_in()
     fx, fy, cx, cy = film.color_optics
 
     def binned(message, _):
@@ -139,30 +147,26 @@ def test_optics_of_a_region_in_bins(whole, tmp_path):
             message.K = np.array([2 * fx, 0, 2 * cx + 10, 0, 2 * fy, 2 * cy + 20, 0, 0, 1.0])
         return message
 
-    bag = bag_of(tmp_path, film, with_message(COLOR_INFO, binned))
-    assert bring(bag, tmp_path / "raw/block/camera/08") == 0
+    assert bring(bag_of(tmp_path, film, with_message(COLOR_INFO, binned)), target) == 0
     color = read_spec(tmp_path)["color"]
     assert [color[name] for name in OPTICS] == pytest.approx(film.color_optics)
 
 
-def test_depth_units_of_a_realsense(tmp_path, capsys):
-    film = stand_in()
-    bag = write_realsense(tmp_path / "film.bag", film, unit_m=0.0001)
-    options = ["--force", str(wrench_file(tmp_path, film))]
-    assert bring(bag, tmp_path / "raw/block/camera/08", *options) == 0
+def test_depth_units_of_a_realsense(film, target, tmp_path, capsys):
+    bag, options = realsense(tmp_path, film, unit_m=0.0001), options_for(realsense, tmp_path, film)
+    assert bring(bag, target, *options) == 0
     assert "rounded" not in capsys.readouterr().out
     place = tmp_path / "sensors/camera.yaml"
-    spec = yaml.safe_load(place.read_text())
+    spec = read_spec(tmp_path)
     assert spec["depth"]["encoding"] == "counts" and spec["depth"]["count_m"] == 0.0001
-    depth = read_image(tmp_path / "raw/block/camera/08/depth/000000.png", "counts")
-    assert np.array_equal(depth, film.depth[0])
+    assert np.array_equal(read_image(target / "depth/000000.png", "counts"), film.depth[0])
     # A file of whole millimetres, of earlier captures, is obeyed, and that is told.
     spec["depth"] |= {"encoding": "millimetre"}
     del spec["depth"]["count_m"]
     place.write_text(yaml.safe_dump(spec))
-    assert bring(bag, tmp_path / "raw/block/camera/09", *options) == 0
+    assert bring(bag, target.with_name("09"), *options) == 0
     assert "depth: 100 um were rounded to counts of 1000 um" in capsys.readouterr().out
-    depth = read_image(tmp_path / "raw/block/camera/09/depth/000000.png", "millimetre")
+    depth = read_image(target.with_name("09") / "depth/000000.png", "millimetre")
     assert np.array_equal(depth, np.rint(film.depth[0] / 10))
 
 
@@ -179,7 +183,7 @@ def realsense_of_ros2(path, film, *, unit):
             return (option, time, text) if unit else None
         return names.get(topic, topic), time, message
 
-    return bag_of(path.parent, film, change, ros1=False)
+    return bag_of(path, film, change, ros1=False)
 
 
 NO_UNIT = "the recording or --depth-unit <metres>"
@@ -192,14 +196,15 @@ NO_OPTION = {"unit_m": 0.0001, "option": None}
         (realsense_of_ros2, {"unit": "0.0001"}, None),
         (realsense_of_ros2, {"unit": None}, NO_UNIT),
         (realsense_of_ros2, {"unit": "mm"}, "between a micrometre"),
-        (write_realsense, NO_OPTION, None),
-        (write_realsense, NO_OPTION | {"marked": False}, NO_UNIT),
+        (realsense, NO_OPTION, None),
+        (realsense, NO_OPTION | {"marked": False}, NO_UNIT),
     ],
 )
-def test_where_a_realsense_states_depth_units(write, stated, expected, tmp_path, capsys):
-    film, target = stand_in(), tmp_path / "raw/block/camera/08"
-    bag = write(tmp_path / "film.bag", film, **stated)
-    options = ["--registered", "--force", str(wrench_file(tmp_path, film))]
+def test_where_a_realsense_states_depth_units(
+    write, stated, expected, film, target, tmp_path, capsys
+):
+    bag = write(tmp_path, film, **stated)
+    options = ["--registered", *options_for(realsense, tmp_path, film)]
     if expected:
         assert bring(bag, target, *options) == 1
         line = f"Depth_0/image/data: depth units: expected {expected}"
@@ -209,40 +214,14 @@ def test_where_a_realsense_states_depth_units(write, stated, expected, tmp_path,
     assert np.array_equal(read_image(target / "depth/000000.png", "counts"), film.depth[0])
 
 
-def test_depth_too_far_for_the_file_is_left_out(tmp_path, capsys):
-    film = stand_in()
+def test_depth_too_far_for_the_file_is_left_out(film, target, tmp_path, capsys):
     depth = [image.astype(np.float32) / 1000 for image in film.depth]
     depth[0][:2, :3] = 70.0
     depth[1][0, :3] = np.inf, -np.inf, -1.0
-    bag = ros1(tmp_path, replace(film, depth=depth))
-    assert bring(bag, tmp_path / "raw/block/camera/08") == 0
+    assert bring(ros1(tmp_path, replace(film, depth=depth)), target) == 0
     assert "depth: 6 pixels beyond 6.554 m, left out (0)" in capsys.readouterr().out
-    image = read_image(tmp_path / "raw/block/camera/08/depth/000001.png", "millimetre")
+    image = read_image(target / "depth/000001.png", "millimetre")
     assert not image[0, :3].any() and image[1:].all()
-
-
-def test_rectified_images_have_the_optics_of_the_projection(tmp_path):
-    def rectified(topic, time, message, _):
-        if topic == COLOR_INFO:
-            message.P = message.P * 1.1
-        return "/camera/color/image_rect_color" if topic == COLOR else topic, time, message
-
-    film = stand_in()
-    bag = bag_of(tmp_path, film, rectified)
-    assert bring(bag, tmp_path / "raw/block/camera/08") == 0
-    color = read_spec(tmp_path)["color"]
-    assert color["distortion"] == [0, 0, 0, 0, 0]
-    assert color["fx_px"] == pytest.approx(1.1 * film.color_optics[0])
-
-
-K = np.array([640.0, 0, 645, 0, 640, 361, 0, 0, 1])
-
-
-def test_stamps_that_do_not_move():
-    with pytest.raises(ValueError, match="color: stamps: expected times that move, found 0"):
-        paired(np.zeros(5, int), np.arange(5))
-    with pytest.raises(ValueError, match="depth: expected at least 2 images, found 1"):
-        paired(np.arange(5), np.arange(1))
 
 
 def test_inverse_lens_of_a_realsense():
@@ -258,22 +237,7 @@ def test_inverse_lens_of_a_realsense():
     u, v = (part * (1 + k1 * r2 + k2 * r2**2 + k3 * r2**3) for part in (x, y))
     u, v = u + 2 * p1 * u * v + p2 * (r2 + 2 * u**2), v + 2 * p2 * u * v + p1 * (r2 + 2 * v**2)
     rays = np.column_stack([x, y, np.ones(50)])
-    pixels, _ = cv2.projectPoints(rays, *np.zeros((2, 3)), K.reshape(3, 3), np.array(found))
-    expected = np.column_stack([K[0] * u + K[2], K[4] * v + K[5]])
+    K = np.array([[640.0, 0, 645], [0, 640, 361], [0, 0, 1]])
+    pixels, _ = cv2.projectPoints(rays, *np.zeros((2, 3)), K, np.array(found))
+    expected = np.column_stack([K[0, 0] * u + K[0, 2], K[1, 1] * v + K[1, 2]])
     np.testing.assert_allclose(pixels.reshape(-1, 2), expected, rtol=0, atol=0.05)
-
-
-def test_pictures_that_are_none():
-    with pytest.raises(ValueError, match="image: expected PNG or JPEG, found neither"):
-        file_form(b"GIF89a" + bytes(100))
-    messages = Messages(ros1=False)
-    image = messages.image(np.zeros((48, 64), np.uint8), 0, "")
-    image.width = 2**31
-    with pytest.raises(ValueError, match="image: expected 16 to 16384 pixels, found 2147483648"):
-        form_of(image)
-    image.encoding = "64FC1"
-    with pytest.raises(ValueError, match="encoding: expected one of .* found 64FC1"):
-        form_of(image)
-    codec = messages.compressed(bytes(20), 0, "", "32FC1; compressedDepth png")
-    with pytest.raises(ValueError, match="format: expected 16UC1; compressedDepth png"):
-        form_of(codec)

@@ -135,9 +135,7 @@ TREES = [("world", COLOR_FRAME, CAMERA), DEPTH]
 OF_TOOL = "--poses /tf --tracked tool"
 OTHER = [(POSE, k / 60, [("map", moving(k / 60))]) for k in range(9)]
 GAP = [one for one in stated() if not 0.12 < one[1] < 0.31]
-UNJOINED = (
-    "from frame flange to world, found two trees: color_.*, world; and base, flange .record what"
-)
+UNJOINED = "flange to world, found two trees: color_.*, world; and base, flange .record what"
 BAGS = {
     "no frame named": (stated(), "--poses /tf", "--tracked: expected one of the frames base, "),
     "no such frame": (stated(), "--tracked gripper", "depth_optical, flange, tool, found gripper$"),
@@ -255,10 +253,9 @@ def test_a_trackers_file_beside_a_recording(film, tmp_path):
 
 def test_files_begun_by_the_command_are_filled_in_by_the_imports(film, tmp_path, monkeypatch):
     """Background first: where the base is, an indentation's transforms say."""
-    (tmp_path / "config").mkdir()
-    monkeypatch.chdir(tmp_path)
-    for name in ("empty", "press"):
+    for name in ("config", "empty", "press"):
         (tmp_path / name).mkdir()
+    monkeypatch.chdir(tmp_path)
     empty = robot(tmp_path / "empty", film, [("/tf_static", 0.0, STATIC)])
     press = robot(tmp_path / "press", film, stated())
     assert main(["new", "block", "--sensor", "arm_cam", "--board", "none"]) == 0
@@ -272,9 +269,7 @@ def test_files_begun_by_the_command_are_filled_in_by_the_imports(film, tmp_path,
     assert main(["import", str(press), "raw/block/arm_cam/01"]) == 1
     probe.write_text(probe.read_text().replace("tracked: FILL_IN", "tracked: tool"))
     assert main(["import", str(press), "raw/block/arm_cam/01"]) == 0
-    spec = yaml.safe_load(sensor.read_text())
+    spec, expected = yaml.safe_load(sensor.read_text()), CAMERA.inv().as_matrix()
     assert spec["color"]["encoding"] == "rgb8" and spec["base"]["name"] == "base"
-    np.testing.assert_allclose(
-        spec["base"]["camera_from_base"], CAMERA.inv().as_matrix(), atol=1e-8
-    )
+    np.testing.assert_allclose(spec["base"]["camera_from_base"], expected, atol=1e-8)
     assert "marker" not in spec

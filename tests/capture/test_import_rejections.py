@@ -16,9 +16,9 @@ from bag_writing import (
     WRENCH,
     Messages,
     camera_messages,
-    write_realsense,
     write_ros1,
     write_tum,
+    write_wrenches,
 )
 from import_help import (
     assert_like,
@@ -26,12 +26,12 @@ from import_help import (
     bag_of,
     bring,
     read_spec,
+    realsense,
     rejected,
     ros1,
     tum,
     with_message,
     without,
-    wrench_file,
 )
 from palpate.__main__ import main
 from palpate.capture.tables import read_force
@@ -61,14 +61,14 @@ def message(topic, work):
     return bag(with_message(topic, work))
 
 
-def packed(kind):
-    """Depth images of a codec that loses it or that nothing here unpacks."""
-    return message(DEPTH, lambda _, messages: messages.compressed(bytes(40), 0, "", kind))
+def packed(kind, topic=DEPTH, data=bytes(40)):
+    """Images of a codec that loses them or that nothing here unpacks."""
+    return message(topic, lambda _, messages: messages.compressed(data, 0, "", kind))
 
 
 def with_units(path, film):
     """A bag, and beside it a table of forces with a row of units."""
-    table = wrench_file(path, film)
+    table = write_wrenches(path / "wrench.csv", film)
     head, rows = table.read_text().split("\n", 1)
     table.write_text(f"{head}\ns,N,N,N,Nm,Nm,Nm\n{rows}")
     return ros1(path, film)
@@ -131,6 +131,8 @@ REJECTED = [
     (packed("16UC1; compressedDepth rvl"), "", "RVL: republish it as an Image"),
     (packed("32FC1; compressedDepth png"), "", "rounded inverse depth: republish"),
     (packed("16UC1; jpeg compressed"), "", "JPEG keeps 8 of depth's 16 bits"),
+    (packed("png", COLOR, b"GIF89a" + bytes(100)), "", f"none but {COLOR} of neither"),
+    (message(COLOR, attributes(width=2**31)), "", f"none but {COLOR} of 2147483648"),
     # Images and forces that make no capture.
     (bag(depth=lambda film: [*film.depth[:-1], np.zeros((48, 80), np.uint16)]), "",
      "image: expected 64 x 48 16UC1 as the first, found 80 x 48 16UC1"),
@@ -138,10 +140,14 @@ REJECTED = [
      r"depth: expected a median of up to 6.55 m, found .* --depth-unit 0.001"),
     (bag(depth=lambda film: [film.depth[0]] * len(film.depth)), "",
      "frames: expected at least 3 that differ from the one before, found 1 of 6"),
+    (bag(color_ns=lambda film: np.full_like(film.color_ns, film.color_ns[0])), "",
+     "color: stamps: expected times that move, found"),
+    (bag(depth=lambda film: film.depth[:1], depth_ns=lambda film: film.depth_ns[:1]), "",
+     "depth: expected at least 2 images, found 1"),
     (bag(wrench_ns=lambda film: film.wrench_ns + 10**12), "",
      "force: time_s: expected samples during the frames' 1700000000.000 to"),
     (with_units, "--force {}/wrench.csv", "wrench.csv: rows: expected numbers, found s, N, N"),
-    (write_realsense, "", "film.bag: wrench: expected one topic"),
+    (realsense, "", "film.bag: wrench: expected one topic"),
     (lambda path, film: write_tum(path, film, wrench=False), "",
      "force.csv: file: expected force.csv .--force <file> will do., found nothing"),
     # Options that do not fit.
@@ -178,23 +184,22 @@ REJECTED = [
 
 @pytest.mark.parametrize(("make", "options", "line"), REJECTED)
 def test_no_capture(make, options, line, film, tmp_path, capsys):
-    path = tmp_path / "film.bag" if make is write_realsense else tmp_path
     given = options.format(tmp_path).split()
-    assert_like(line, rejected(capsys, tmp_path, make(path, film), *given))
+    assert_like(line, rejected(capsys, tmp_path, make(tmp_path, film), *given))
 
 
-def test_two_topics_that_could_be_meant(film, tmp_path, capsys):
+def test_two_topics_that_could_be_meant(film, target, tmp_path, capsys):
     messages, aligned = Messages(ros1=True), "/camera/aligned/image_raw"
     found = camera_messages(film, messages)
     found += [(aligned, time, message) for name, time, message in found if name == DEPTH]
     bag = write_ros1(tmp_path / "film.bag", found, messages)
     line = rejected(capsys, tmp_path, bag)
     assert_like(f"named by --depth, found {aligned}, /camera/depth/image_raw", line)
-    assert bring(bag, tmp_path / "raw/block/camera/08", "--depth", DEPTH) == 0
+    assert bring(bag, target, "--depth", DEPTH) == 0
 
 
 @pytest.mark.parametrize(
-    ("target", "line"),
+    ("given", "line"),
     [
         ("raw/block/camera/08-b", r"08-b: capture: expected a name like 08 or 08-a03 .*08-b$"),
         ("raw/block/scans/08", r"scans/08: sensor: expected a name of small .*, found scans$"),
@@ -204,10 +209,14 @@ def test_two_topics_that_could_be_meant(film, tmp_path, capsys):
         ("raw/My Cow/camera/08", r"08: object: expected .*, like red_sponge, found My Cow$"),
         ("raw/block/camera/background", "capture: expected --background for this name"),
         ("raw/block/08", r"expected raw/<object>/<sensor>/<capture>, .*, found .*raw/block/08$"),
+        ("raw/block/camera --background --force a.csv", "--force: expected none with --background"),
+        ("raw/sensors/camera/pivot --force a.csv", "expected none for .*/pivot, found a.csv"),
     ],
 )
-def test_places_that_are_no_captures(target, line, film, tmp_path, capsys):
-    assert_like(line, rejected(capsys, tmp_path, bag_of(tmp_path, film), target=target))
+def test_places_that_are_no_captures(given, line, film, tmp_path, capsys):
+    target, mark, options = given.partition(" --")
+    options = f"{mark}{options}".split()
+    assert_like(line, rejected(capsys, tmp_path, ros1(tmp_path, film), *options, target=target))
 
 
 @pytest.mark.parametrize("target", ["08", "camera/08"])
@@ -219,45 +228,29 @@ def test_a_target_of_too_few_folders(target, film, tmp_path, capsys, monkeypatch
     assert capsys.readouterr().err == f"error: {target}: target: {expected}, found {target}\n"
 
 
-def test_force_for_what_has_none(tmp_path, capsys):
-    force = ["--force", "a.csv"]
-    line = rejected(capsys, tmp_path, tmp_path, *force, "--background", target="raw/block/camera")
-    assert_like("--force: expected none with --background", line)
-    line = rejected(capsys, tmp_path, tmp_path, *force, target="raw/sensors/camera/pivot")
-    assert_like("--force: expected none for .*/pivot, found a.csv", line)
+def lose(bag, which):
+    """Of messages."""
+    with closing(sqlite3.connect(next(bag.glob("*.db3")))) as content, content:
+        content.execute(f"delete from messages where {which}")
 
 
-@pytest.fixture
-def forces(film, tmp_path):
-    """A bag for its forces alone that lost the messages for which something holds."""
-
-    def without_some(lost):
-        (tmp_path / "force").mkdir()
-        bag = bag_of(tmp_path / "force", film, ros1=False)
-        with closing(sqlite3.connect(next(bag.glob("*.db3")))) as content, content:
-            content.execute(f"delete from messages where {lost}")
-        return str(bag)
-
-    return without_some
-
-
-def test_a_bag_of_forces_that_states_wrenches_and_holds_none(forces, film, tmp_path, capsys):
-    bag = forces("true")
-    line = rejected(capsys, tmp_path, bag_of(tmp_path, film), "--force", bag)
-    expected = f"expected {len(film.wrench)}, as the bag states .*--force .*, found 0$"
+def test_a_bag_of_forces_that_lost_some_counts_as_far_as_it_goes(film, target, tmp_path, capsys):
+    recording, bag = ros1(tmp_path, film), bag_of(tmp_path, film, ros1=False)
+    count = len(film.wrench)
+    lose(bag, "id % 50 = 0")
+    assert bring(recording, target, "--force", str(bag)) == 0
+    assert 0.9 * count < len(read_force(target)) < count
+    lose(bag, "true")
+    line = rejected(capsys, tmp_path, recording, "--force", str(bag), target="raw/block/camera/09")
+    expected = f"expected {count}, as the bag states .*--force .*, found 0$"
     assert_like(f"^{bag}: {WRENCH}: wrenches: {expected}", line)
 
 
-def test_a_bag_of_forces_that_lost_a_few_counts_as_far_as_it_goes(forces, film, tmp_path):
-    target, bag = tmp_path / "raw/block/camera/08", forces("id % 50 = 0")
-    assert bring(bag_of(tmp_path, film), target, "--force", bag) == 0
-    assert 0.9 * len(film.wrench) < len(read_force(target)) < len(film.wrench)
-
-
-def test_what_stands_there_is_kept_and_no_object_of_the_labs_is_added_to(film, tmp_path, capsys):
-    bag, target = bag_of(tmp_path, film), tmp_path / "raw/block/camera/08"
+def test_what_stands_there_is_kept_and_no_object_of_the_labs_is_added_to(
+    film, target, tmp_path, capsys
+):
+    bag, described = bag_of(tmp_path, film), tmp_path / "raw/block/object.yaml"
     target.mkdir(parents=True)
-    described = tmp_path / "raw/block/object.yaml"
     described.write_text("object: block\nprovenance: simulated\n")
     line = rejected(capsys, tmp_path, bag)
     assert_like("block/object.yaml: provenance: expected recorded, found simulated", line)
@@ -268,9 +261,9 @@ def test_what_stands_there_is_kept_and_no_object_of_the_labs_is_added_to(film, t
     assert bring(bag, target.with_name("09")) == 0
 
 
-def test_a_sensor_file_that_contradicts(film, tmp_path, capsys):
+def test_a_sensor_file_that_contradicts(film, target, tmp_path, capsys):
     bag = bag_of(tmp_path, film)
-    assert bring(bag, tmp_path / "raw/block/camera/08") == 0
+    assert bring(bag, target) == 0
     spec, target = read_spec(tmp_path), "raw/block/camera/09"
     moved = {"color_from_depth": np.eye(4).tolist()}
     for block, change, line in (
