@@ -25,6 +25,11 @@ def indentation(*, retract=False, hold=False, contact_m=4e-4, seed=5):
     return depth, force + 1e-3 * rng.normal(size=len(depth))
 
 
+# Of which no test changes anything.
+DEPTH_M, FORCE_N = indentation()
+DEPTH_M.flags.writeable = FORCE_N.flags.writeable = False
+
+
 def written(folder, header, *columns, mark=",", decimal=".", number="{:.9g}", name="curve.csv"):
     """A file of columns below lines of a header."""
     rows = [mark.join(map(number.format, row)) for row in zip(*columns, strict=True)]

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from instruments import E_STAR_PA, MANNERS, RADIUS_M, indentation, written
+from instruments import DEPTH_M, E_STAR_PA, FORCE_N, MANNERS, RADIUS_M, written
 from palpate import hertz
 from palpate.capture.curves.curve import read_curve
 from palpate.capture.curves.export import read_export
@@ -38,9 +38,8 @@ READ = {
 
 @pytest.mark.parametrize("header", READ)
 def test_columns_are_found(header, tmp_path):
-    depth, force = indentation()
     mark = " " if header.startswith("#") else ","
-    path = written(tmp_path, header, 1e3 * depth, force, 700 * depth, mark=mark)
+    path = written(tmp_path, header, 1e3 * DEPTH_M, FORCE_N, 700 * DEPTH_M, mark=mark)
     assert READ[header] in read_curve(path).read
 
 
@@ -48,9 +47,8 @@ def test_columns_are_found(header, tmp_path):
     ("unit", "newtons"), [("MN", 1e6), ("mN", 1e-3), ("KN", 1e3), ("UN", 1e-6)]
 )
 def test_meganewtons_are_no_millinewtons(unit, newtons, tmp_path):
-    depth, force = indentation()
-    path = written(tmp_path, f"depth [mm],F [{unit}]", 1e3 * depth, force)
-    assert read_curve(path).force_n.max() == pytest.approx(newtons * force.max())
+    path = written(tmp_path, f"depth [mm],F [{unit}]", 1e3 * DEPTH_M, FORCE_N)
+    assert read_curve(path).force_n.max() == pytest.approx(newtons * FORCE_N.max())
 
 
 MISREAD = {
@@ -102,8 +100,7 @@ def test_thousands_are_never_guessed(rows, last, tmp_path):
 
 
 def test_points_that_may_be_of_thousands_are_warned_of(tmp_path):
-    depth, force = indentation()
-    columns, how = (57 + 1e3 * depth, force), {"mark": ";", "number": "{:.3f}"}
+    columns, how = (57 + 1e3 * DEPTH_M, FORCE_N), {"mark": ";", "number": "{:.3f}"}
     path = written(tmp_path, "Weg (mm);Kraft (N)", *columns, **how)
     assert "numbers like 57.000 have points as of thousands" in read_curve(path).warnings[0]
     curve = read_curve(written(tmp_path, "Weg (mm);Kraft (N)", *columns, **how, decimal=","))
@@ -113,21 +110,18 @@ def test_points_that_may_be_of_thousands_are_warned_of(tmp_path):
 
 def test_cells_that_are_filled_later_hide_no_rows(tmp_path):
     """Two columns are empty in the first part of a table."""
-    depth, force = indentation()
-    path = written(tmp_path, "Depth (mm),Force (N),Temp,Hum", 1e3 * depth, force, force, force)
-    first, *rows = path.read_text().splitlines()
-    rows = [
-        row if k > 90 else ",".join([*row.split(",")[:2], "", ""]) for k, row in enumerate(rows)
-    ]
-    path.write_text("\n".join([first, *rows]))
-    assert len(read_curve(path).depth_m) == len(depth)
+    columns = 1e3 * DEPTH_M, FORCE_N, FORCE_N, FORCE_N
+    path = written(tmp_path, "Depth (mm),Force (N),Temp,Hum", *columns)
+    lines = path.read_text().splitlines()
+    lines[1:92] = [",".join([*line.split(",")[:2], "", ""]) for line in lines[1:92]]
+    path.write_text("\n".join(lines))
+    assert len(read_curve(path).depth_m) == len(DEPTH_M)
 
 
 def test_a_preamble_with_commas_hides_no_table(tmp_path):
-    depth, force = indentation()
     head = "\n".join([*["12,3,1,2024"] * 3, "Weg (mm);Kraft (N);Zeit (s)"])
     how = {"mark": ";", "decimal": ",", "number": "{:.3f}"}
-    path = written(tmp_path, head, 1e3 * depth, force, 0 * force, **how)
+    path = written(tmp_path, head, 1e3 * DEPTH_M, FORCE_N, 0 * FORCE_N, **how)
     assert "; as delimiter, decimal commas, 3 lines of preamble" in read_curve(path).read
 
 
@@ -149,6 +143,5 @@ def test_a_table_of_no_numbers_is_rejected(tmp_path):
     ],
 )
 def test_what_a_preamble_states_of_the_indenter(head, stated, tmp_path):
-    depth, force = indentation()
-    path = written(tmp_path, f"{head}\nPiezo (mm)\tForce (N)", 1e3 * depth, force, mark="\t")
+    path = written(tmp_path, f"{head}\nPiezo (mm)\tForce (N)", 1e3 * DEPTH_M, FORCE_N, mark="\t")
     assert read_export(path).stated == pytest.approx(stated)

@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 import trimesh
 import yaml
-from palpate.__main__ import main
 from palpate.capture.check import check_object
 from palpate.capture.devices import read_device
 from palpate.capture.findings import examine_force, examine_template
@@ -121,44 +120,38 @@ def devices(root):
 
 
 @pytest.fixture
-def options(root):
-    return [f"--{kind}={root}/tests/own_object/{kind}" for kind in ("sensors", "probes")]
+def checked(root, said):
+    """What a check says with the own object's devices."""
+    devices = [f"--{kind}={root}/tests/own_object/{kind}" for kind in ("sensors", "probes")]
+    return lambda *words, **status: said("check", *words, *devices, **status)
 
 
-def test_an_object_is_examined_as_a_whole(own, options, capsys):
-    assert main(["check", f"--raw={own.parent}", *options]) == 0
-    told = capsys.readouterr().out
+def test_an_object_is_examined_as_a_whole(own, checked):
+    told = checked(f"--raw={own.parent}")
     assert f"{own}: nothing wrong" in told
     assert "bench_cam/back: 12 frames" in told
     assert "worth a look" not in told
     path = own / "object.yaml"
     path.write_text(path.read_text().replace("unit: m", "unit: mm"))
     (own / "bench_cam/back/force.csv").unlink()
-    assert main(["check", f"--raw={own.parent}", *options]) == 1
-    told = capsys.readouterr().out
+    told = checked(f"--raw={own.parent}", status=1)
     assert "template.unit: expected" in told
     assert "force.csv: file: expected a CSV table, found nothing" in told
 
 
-def moved_tip(sensors, probes, way_m):
-    probes["bench_probe"]["force_from_tip"][2][3] += way_m
-
-
-def longer_depths(sensors, probes, part):
-    sensors["bench_cam"]["depth"] |= {"encoding": "counts", "count_m": 0.001 * (1 + part)}
-
-
 @pytest.mark.parametrize(
-    ("spoil", "by", "line"),
+    ("tip_m", "count_m", "line"),
     [
-        (moved_tip, 0.01, "tip within 5 mm of the surface when the force begins, found it 10"),
-        (longer_depths, 0.02, "the force begins, found 9.1 mm .*square_m, the optics or depths by"),
-        pytest.param(moved_tip, -0.01, "found 8.2 mm .force_from_tip", marks=pytest.mark.long),
+        (0.01, 1e-3, "tip within 5 mm of the surface when the force begins, found it 10"),
+        (0, 1.02e-3, "the force begins, found 9.1 mm .*square_m, the optics or depths by"),
+        pytest.param(-0.01, 1e-3, "found 8.2 mm .force_from_tip", marks=pytest.mark.long),
     ],
-    ids=["tip 10 mm long", "depths 2 % long", "tip 10 mm short"],
 )
-def test_what_only_alignment_and_first_contact_tell(own, devices, spoil, by, line):
-    spoil(*devices, by)
+def test_what_only_alignment_and_first_contact_tell(own, devices, tip_m, count_m, line):
+    """A tip that is longer than stated, or shorter; depths that are 2 % too long."""
+    sensors, probes = devices
+    probes["bench_probe"]["force_from_tip"][2][3] += tip_m
+    sensors["bench_cam"]["depth"] |= {"encoding": "counts", "count_m": count_m}
     (found,) = examine_object(own, *devices).wrong
     assert re.search(line, found), found
 
@@ -169,9 +162,9 @@ def test_a_sensor_without_captures(own, devices):
     assert "bench_cam: folder: expected captures, found none" in line
 
 
-def test_an_empty_raw(options, tmp_path, capsys):
-    assert main(["check", f"--raw={tmp_path}", *options]) == 1
-    assert "folder: expected objects (<object>/object.yaml), found none" in capsys.readouterr().out
+def test_an_empty_raw(checked, tmp_path):
+    line = "folder: expected objects (<object>/object.yaml), found none"
+    assert line in checked(f"--raw={tmp_path}", status=1)
 
 
 def test_names_are_kept_wherever_one_comes_in(block, root, tmp_path):
@@ -186,15 +179,12 @@ def test_names_are_kept_wherever_one_comes_in(block, root, tmp_path):
     assert "curve.yaml: sensor: expected a name of small letters, digits and _ other than" in line
 
 
-def test_a_check_from_within_the_objects_folder(block, root, monkeypatch, capsys):
-    places = {"--sensors": root / "tests/sample/sensors", "--probes": root / "config/probes"}
-    options = [str(part) for pair in places.items() for part in pair]
+def test_a_check_from_within_the_objects_folder(block, root, said, monkeypatch):
+    devices = f"--sensors={root}/tests/sample/sensors", f"--probes={root}/config/probes"
     monkeypatch.chdir(block)
-    assert main(["check", ".", *options]) == 0
-    assert "kinect/08: 10 frames over 3.00 s" in capsys.readouterr().out
+    assert "kinect/08: 10 frames over 3.00 s" in said("check", ".", *devices)
     (block / "kinect/08/force.csv").unlink()
-    assert main(["check", str(block), *options]) == 1
-    assert "force.csv" in capsys.readouterr().out
+    assert "force.csv" in said("check", block, *devices, status=1)
 
 
 SENSOR = {

@@ -49,7 +49,7 @@ def test_round_trip(tmp_path, encoding, shape, dtype):
     assert png_problem(tmp_path / "a.png", 8, 6, encoding) is None
 
 
-def test_mosaic_keeps_colours_in_their_places(tmp_path):
+def test_colours_keep_their_places_and_are_ordinary_rgb_on_disk(tmp_path):
     """A wrong Bayer constant would swap or smear the channels of the two halves."""
     y, x = np.mgrid[:48, :64]
     rgb = np.stack([40 + 2 * x, 60 + 2 * y, 200 - x], axis=-1).astype(np.uint8)
@@ -58,11 +58,7 @@ def test_mosaic_keeps_colours_in_their_places(tmp_path):
     error = np.abs(read_image(tmp_path / "a.png", "bayer_rggb8").astype(int) - rgb)
     away_from_the_seam = np.r_[2:29, 36:62]
     assert error[2:-2, away_from_the_seam].max() <= 1
-
-
-def test_colour_on_disk_is_ordinary_rgb(tmp_path):
-    rgb = np.full((6, 8, 3), (250, 10, 60), np.uint8)
-    write_image(tmp_path / "a.png", rgb, "rgb8")
+    write_image(tmp_path / "a.png", np.full((6, 8, 3), (250, 10, 60), np.uint8), "rgb8")
     assert cv2.imread(str(tmp_path / "a.png"))[0, 0].tolist() == [60, 10, 250]
 
 
@@ -78,9 +74,9 @@ def test_wrong_channels_are_not_written(tmp_path, encoding, shape):
 
 @pytest.mark.parametrize("content", [b"", b"not a picture", b"\x89PNG\r\n\x1a\n"])
 def test_no_png_is_found(tmp_path, content):
-    (tmp_path / "a.png").write_bytes(content)
-    assert png_problem(tmp_path / "a.png", 8, 6, "mono8").startswith("expected a PNG image")
-    rejected(tmp_path / "a.png")
+    (path := tmp_path / "a.png").write_bytes(content)
+    assert png_problem(path, 8, 6, "mono8").startswith("expected a PNG image")
+    rejected(path)
 
 
 def test_an_image_that_was_cut_or_whose_checksum_does_not_fit(noise):
@@ -102,20 +98,15 @@ def test_wrong_size_and_depth_are_found(noise):
     rejected(noise, "millimetre", "expected 16 bits, 1 channels, found 8 bits, 1 channels")
 
 
-def test_kinect_equation(root):
-    spec = load_yaml(root / "config/sensors/kinect.yaml")["depth"]
-    depth = depth_of(np.array([[690, 2047, 1090]], np.uint16), spec)
-    assert depth[0, 0] == pytest.approx(584.6213 * 0.075 / 50)
-    assert np.isnan(depth[0, 1:]).all()
-
-
-@pytest.mark.parametrize(
-    ("spec", "metres"),
-    [({"encoding": "millimetre"}, 8.5), ({"encoding": "counts", "count_m": 1e-4}, 0.85)],
-)
-def test_counts_of_depth(spec, metres):
-    depth = depth_of(np.array([[8500, 0]], np.uint16), spec)
-    assert depth[0, 0] == metres and np.isnan(depth[0, 1])
+def test_counts_of_depth(root):
+    kinect = load_yaml(root / "config/sensors/kinect.yaml")["depth"]
+    for spec, counts, metres in (
+        ({"encoding": "millimetre"}, [8500, 0], 8.5),
+        ({"encoding": "counts", "count_m": 1e-4}, [8500, 0], 0.85),
+        (kinect, [690, 2047, 1090], pytest.approx(584.6213 * 0.075 / 50)),
+    ):
+        depth = depth_of(np.array([counts], np.uint16), spec)
+        assert depth[0, 0] == metres and np.isnan(depth[0, 1:]).all()
 
 
 SENSOR = {"sensor": "zivid", "kind": "cloud", "cloud": {"unit": "m"}, "range_m": [0.2, 2.0]}

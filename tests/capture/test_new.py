@@ -7,7 +7,7 @@ import shutil
 import numpy as np
 import pytest
 import yaml
-from import_help import bring, mcap_file, ros1, tum
+from import_help import mcap_file, ros1, tum
 from instruments import PLAIN
 from palpate import open_capture
 from palpate.__main__ import main
@@ -58,21 +58,19 @@ def replace_in(path, old, new):
     path.write_text(text.replace(old, new))
 
 
-def lines_left(capsys, folder):
+def lines_left(said, folder):
     """Files and fields that a check says are left, and its other lines."""
-    capsys.readouterr()
-    assert main(["check", str(folder)]) == 1
-    lines = capsys.readouterr().out.splitlines()
+    lines = said("check", folder, status=1).splitlines()
     left = [LEFT.fullmatch(line) for line in lines]
     other = [line for line, match in zip(lines, left, strict=True) if not match]
     return [match.groups()[:2] for match in left if match], other
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_is_left_is_told_and_nothing_else_and_filled_in_it_is_right(lab, root, kind, capsys):
-    assert main(["new", "sponge", "--sensor", "eye", "--kind", kind]) == 0
-    counts = re.findall(r"(\S+): written, (\d+) fields to fill in", capsys.readouterr().out)
-    left, other = lines_left(capsys, "raw/sponge")
+def test_what_is_left_is_told_and_nothing_else_and_filled_in_it_is_right(lab, root, kind, said):
+    told = said("new", "sponge", "--sensor", "eye", "--kind", kind)
+    counts = re.findall(r"(\S+): written, (\d+) fields to fill in", told)
+    left, other = lines_left(said, "raw/sponge")
     assert {(path, str(sum(place == path for place, _ in left))) for path, _ in left} == set(counts)
     fields = [field for path, field in left if path == "config/probes/probe.yaml"]
     assert fields == ["indenter.radius_m", "marker.inner_corners", "marker.square_m",
@@ -113,25 +111,23 @@ def test_what_may_be_left_out_fits_when_it_is_put_in(lab, root):
         ("aprilgrid", "tags tag_m gap_m dictionary", "--tags 6x5 --tag-mm 12 --gap-mm 3"),
     ],
 )
-def test_a_board_with_tags(lab, capsys, board, fields, printed):
-    assert main(["new", "sponge", "--board", board]) == 0
+def test_a_board_with_tags(lab, said, board, fields, printed):
+    said("new", "sponge", "--board", board)
     path = lab / "config/probes/probe.yaml"
     assert list(load_yaml(path)["marker"]) == ["kind", *fields.split()]
-    capsys.readouterr()
-    assert main(["board", board, *printed.split(), "--output", str(lab / "board.pdf")]) == 0
-    block = yaml.safe_load(capsys.readouterr().out)
+    block = yaml.safe_load(said("board", board, *printed.split(), "--output", lab / "board.pdf"))
     real = {"probe": "probe", "indenter": {"shape": "sphere", "radius_m": 0.006}} | block
     real |= {key: np.eye(4).tolist() for key in ("marker_from_force", "force_from_tip")}
     real["exclusion"] = {"radius_m": 0.035, "tip_radius_m": 0.0085, "board_radius_m": 0.09}
     ProbeSpec.read(fill_in(path, real))
 
 
-def test_a_probe_without_a_board(lab, capsys):
-    assert main(["new", "sponge", "--board", "none"]) == 0
+def test_a_probe_without_a_board(lab, said):
+    said("new", "sponge", "--board", "none")
     files = [lab / f"config/{name}.yaml" for name in ("sensors/camera", "probes/probe")]
     sensor, probe = map(load_yaml, files)
     assert "marker" not in {*sensor, *probe} and "board_radius_m" not in probe["exclusion"]
-    left = [field for _, field in lines_left(capsys, "raw/sponge")[0]]
+    left = [field for _, field in lines_left(said, "raw/sponge")[0]]
     assert {"base.camera_from_base", "tracked", "marker_from_force"} <= set(left)
 
 
@@ -153,61 +149,51 @@ def cow(lab, root):
 
 
 @pytest.mark.long
-def test_an_own_objects_devices_are_found_from_other_folders(cow, lab, monkeypatch, capsys):
+def test_an_own_objects_devices_are_found_from_other_folders(cow, lab, monkeypatch, said):
     (lab / "elsewhere").mkdir()
     monkeypatch.chdir(lab / "raw")
-    assert main(["check", "toy_cow"]) == 0
-    said = capsys.readouterr().out
-    assert "sensors and probes: of ../config/sensors and ../config/probes" in said
+    assert "of ../config/sensors and ../config/probes" in said("check", "toy_cow")
     assert open_capture("toy_cow/bench_cam/back").radius_m == 0.006
     monkeypatch.chdir(lab / "elsewhere")
     assert open_capture(cow / "bench_cam/back").radius_m == 0.006
-    assert main(["check"]) == 0
-    assert "../raw/toy_cow: nothing wrong" in capsys.readouterr().out
+    assert "../raw/toy_cow: nothing wrong" in said("check")
     # Where the configuration says.
     (lab / "config/sensors").rename(lab / "elsewhere/cameras")
     (lab / "config/config.yaml").write_text("paths: {sensors: elsewhere/cameras}\n")
-    assert main(["check", "../raw/toy_cow"]) == 0, capsys.readouterr().out
+    said("check", "../raw/toy_cow")
 
 
-def test_a_recording_that_a_run_will_miss(cow, lab, capsys):
-    assert main(["check", "raw/toy_cow"]) == 0
-    said = capsys.readouterr().out
-    assert "raw/toy_cow: nothing wrong" in said and "sensors and probes" not in said
+def test_a_recording_that_a_run_will_miss(cow, lab, said):
+    told = said("check", "raw/toy_cow")
+    assert "raw/toy_cow: nothing wrong" in told and "sensors and probes" not in told
     path = lab / "config/probes/bench_probe.yaml"
     path.write_text(path.read_text() + "\ntip: calibration\n")
-    assert main(["check", "raw/toy_cow"]) == 1
     place = "raw/sensors/bench_cam/pivot"
     expected = f"expected a recording of the turning handle in {place}, found none"
-    said = capsys.readouterr().out
-    assert said.splitlines()[0] == f"config/probes/bench_probe.yaml: tip: {expected}"
+    told = said("check", "raw/toy_cow", status=1)
+    assert told.splitlines()[0] == f"config/probes/bench_probe.yaml: tip: {expected}"
     (lab / place).mkdir(parents=True)
-    assert main(["check", "raw/toy_cow"]) == 0
+    said("check", "raw/toy_cow")
     (lab / "config/config.yaml").write_text("experiments: {probe: stick}\n")
-    assert main(["check", "raw/toy_cow"]) == 1
     expected = "expected a recording of bench_probe (experiments.probe, in config/config.yaml)"
-    assert f"bench_probe.yaml: tip: {expected}, found one of stick" in capsys.readouterr().out
+    line = f"bench_probe.yaml: tip: {expected}, found one of stick"
+    assert line in said("check", "raw/toy_cow", status=1)
     (lab / "config/config.yaml").write_text("experiments: {probe: bench_probe}\n")
-    assert main(["check", "raw/toy_cow"]) == 0
+    said("check", "raw/toy_cow")
     shutil.rmtree(cow / "bench_cam")
-    capsys.readouterr()
-    assert main(["check", "raw/toy_cow"]) == 0
-    assert "nothing wrong, and no capture yet" in capsys.readouterr().out
+    assert "nothing wrong, and no capture yet" in said("check", "raw/toy_cow")
 
 
 @pytest.mark.long
-def test_files_of_others_do_not_hold_up_an_object(cow, lab, capsys):
-    assert main(["new", "sponge", "--sensor", "eye"]) == 0
-    capsys.readouterr()
-    assert main(["check", "raw/toy_cow"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+def test_files_of_others_do_not_hold_up_an_object(cow, said):
+    said("new", "sponge", "--sensor", "eye")
+    lines = said("check", "raw/toy_cow").splitlines()
     assert lines[0] == "raw/toy_cow: nothing wrong"
     probe, eye = lines[-2:]
     assert probe.startswith("worth a look: config/probes/probe.yaml: indenter.radius_m: expected")
     assert probe.endswith("and 7 more (not used here)")
     assert eye.startswith("worth a look: config/sensors/eye.yaml: frame_rate_hz: expected")
-    assert main(["check", "raw/toy_cow", "raw/sponge"]) == 1
-    assert "worth a look" not in capsys.readouterr().out
+    assert "worth a look" not in said("check", "raw/toy_cow", "raw/sponge", status=1)
 
 
 CAMERA, PROBE = "sensors/bench_cam", "probes/bench_probe"
@@ -221,88 +207,74 @@ CAMERA, PROBE = "sensors/bench_cam", "probes/bench_probe"
         (PROBE, "probe: bench_probe", "probe: another", "expected bench_probe"),
     ],
 )
-def test_a_wrong_file_is_told_of_the_objects_that_use_it(cow, lab, folder, old, new, words, capsys):
+def test_a_wrong_file_is_told_of_the_objects_that_use_it(cow, lab, folder, old, new, words, said):
     replace_in(lab / f"config/{folder}.yaml", old, new)
-    assert main(["check", "raw/toy_cow"]) == 1
-    (line,) = capsys.readouterr().out.splitlines()[:1]
+    line = said("check", "raw/toy_cow", status=1).splitlines()[0]
     assert line.startswith(f"config/{folder}.yaml: ") and words in line
 
 
-def test_without_sensors_and_probes_a_check_says_where_it_looked(lab, capsys):
+def test_without_sensors_and_probes_a_check_says_where_it_looked(lab, said):
     (lab / "raw/sponge").mkdir(parents=True)
-    assert main(["check", "raw/sponge"]) == 1
-    lines = capsys.readouterr().out.splitlines()
+    lines = said("check", "raw/sponge", status=1).splitlines()
     assert [line.partition(":")[0] for line in lines] == ["config/sensors", "config/probes"]
     assert f"{lab}/raw/sponge, in {lab} and above them" in lines[0]
 
 
-def test_names_are_rejected_before_anything_is_written(lab, capsys):
-    for arguments, words in (
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
         (["My Cow"], "object: expected a name of letters, digits and _ other than sensors"),
         (["../sponge"], "object: expected a name of letters, digits and _"),
         (["Tables"], "object: expected none of benchmarks, figures, lab"),
         (["sponge", "--sensor", "scans"], "sensor: expected a name of small letters"),
         (["sponge", "--probe", "../nano"], "probe: expected a name of small letters"),
-    ):
-        assert main(["new", *arguments]) == 1
-        (line,) = capsys.readouterr().err.splitlines()
-        assert words in line and not list(lab.iterdir())
+    ],
+)
+def test_names_are_rejected_before_anything_is_written(lab, said, arguments, words):
+    (line,) = said("new", *arguments, status=1).splitlines()
+    assert words in line and not list(lab.iterdir())
 
 
-def test_files_that_are_there_are_left_alone(lab, capsys):
-    assert main(["new", "sponge"]) == 0
+def test_files_that_are_there_are_left_alone(lab, said):
+    said("new", "sponge")
     before = files(lab)
     assert len(before) == 3
-    assert main(["new", "sponge"]) == 1
-    (line,) = capsys.readouterr().err.splitlines()
+    (line,) = said("new", "sponge", status=1).splitlines()
     assert line.startswith("error: raw/sponge/object.yaml: file: expected none yet, found one")
     assert files(lab) == before
-    assert main(["new", "cushion"]) == 0
-    said = capsys.readouterr().out
-    assert "config/sensors/camera.yaml: there already, and used as it is" in said
-    assert "config/probes/probe.yaml: there already, and used as it is" in said
+    told = said("new", "cushion")
+    for path in ("config/sensors/camera.yaml", "config/probes/probe.yaml"):
+        assert f"{path}: there already, and used as it is" in told
     assert {path: text for path, text in files(lab).items() if path in before} == before
 
 
-def test_it_goes_where_the_project_is(lab, monkeypatch, capsys):
-    (lab / "config/sensors").mkdir(parents=True)
-    (lab / "config/probes").mkdir()
-    (lab / "raw").mkdir()
+def test_it_goes_where_the_project_is(lab, monkeypatch, said):
+    for name in ("config/sensors", "config/probes", "raw"):
+        (lab / name).mkdir(parents=True)
     monkeypatch.chdir(lab / "raw")
-    assert main(["new", "sponge"]) == 0
+    assert "4. palpate check sponge\n" in said("new", "sponge")
     expected = ["config/probes/probe.yaml", "config/sensors/camera.yaml", "raw/sponge/object.yaml"]
     assert sorted(str(path.relative_to(lab)) for path in files(lab)) == expected
-    assert "4. palpate check sponge\n" in capsys.readouterr().out
 
 
-def test_an_import_fills_in_the_cameras_file(lab, film, capsys):
-    assert main(["new", "block", "--sensor", "eye"]) == 0
+def test_an_import_fills_in_the_cameras_file(lab, film, said):
+    said("new", "block", "--sensor", "eye")
     path = lab / "config/sensors/eye.yaml"
+    line = "eye.yaml: color.width_px: expected the images' width"
+    assert line in said("import", tum(lab / "tum", film), "raw/block/eye/01", status=1)
     replace_in(path, "range_m: [FILL_IN, FILL_IN]", "range_m: [0.3, 2.5]")
-    assert main(["import", str(mcap_file(lab, film)), "raw/block/eye/01"]) == 0
-    assert "eye.yaml: written, from the recording's optics" in capsys.readouterr().out
+    told = said("import", mcap_file(lab, film), "raw/block/eye/01")
+    assert "eye.yaml: written, from the recording's optics" in told
     spec = load_yaml(path)
     SensorSpec.read(spec)
     assert spec["range_m"] == [0.3, 2.5]
     assert spec["color"]["fx_px"] == film.color_optics[0]
 
 
-def test_an_import_that_cannot_fill_it_in_says_what_is_left(lab, film, capsys):
-    assert main(["new", "block", "--sensor", "eye"]) == 0
-    assert bring(tum(lab, film), lab / "raw/block/eye/01", sensors=lab / "config/sensors") == 1
-    assert "eye.yaml: color.width_px: expected the images' width" in capsys.readouterr().err
-
-
-def test_without_a_name_the_camera_is_the_one_that_is_there(lab, film, capsys):
-    assert main(["import", str(mcap_file(lab, film)), "raw/block/eye/01"]) == 0
-    assert main(["new", "block"]) == 0
-    said = capsys.readouterr().out
-    assert "config/sensors/eye.yaml: there already" in said
+def test_without_a_name_the_camera_is_the_one_that_is_there(lab, film, said):
+    said("import", mcap_file(lab, film), "raw/block/eye/01")
+    assert "config/sensors/eye.yaml: there already" in said("new", "block")
     assert [path.name for path in (lab / "raw/block").iterdir() if path.is_dir()] == ["eye"]
-
-
-def nothing(root, folder, film):
-    """A new object needs nothing."""
 
 
 def sponge(root, folder, film):
@@ -311,8 +283,7 @@ def sponge(root, folder, film):
     for name in ("sensors", "probes"):
         shutil.copytree(own / name, folder / "config" / name)
     shutil.copytree(own / "raw/toy_cow", folder / "raw/sponge")
-    path = folder / "raw/sponge/object.yaml"
-    path.write_text(path.read_text().replace("object: toy_cow", "object: sponge"))
+    replace_in(folder / "raw/sponge/object.yaml", "object: toy_cow", "object: sponge")
 
 
 def recording(root, folder, film):
@@ -323,15 +294,15 @@ def curve(root, folder, film):
     (folder / "curve.csv").write_bytes(PLAIN.content())
 
 
-NEEDED = {"hertz": curve, "new": nothing, "import": recording, "check": sponge}
+# A new object needs nothing.
+NEEDED = {"hertz": curve, "new": lambda *_: None, "import": recording, "check": sponge}
 
 
 @pytest.mark.parametrize("verb", NEEDED)
-def test_the_example_runs(verb, root, tmp_path, film, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_the_example_runs(verb, root, lab, film, capsys):
     with pytest.raises(SystemExit, match="0"):
         main([verb, "--help"])
     last = capsys.readouterr().out.rstrip().splitlines()[-1]
     example = re.fullmatch(rf"  palpate ({verb} .+)", last).group(1)
-    NEEDED[verb](root, tmp_path, film)
+    NEEDED[verb](root, lab, film)
     assert main(shlex.split(example)) == 0

@@ -37,13 +37,12 @@ projection_matrix: {{rows: 3, cols: 4, data: [510.0, 0, 320.0, {}, 0, 510.0, 240
 """
 MATRIX = "{}: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: d\n   data: {}\n"
 K = [520.0, 0.0, 315.0, 0.0, 522.0, 236.0, 0.0, 0.0, 1.0]
+SIZE = (640, 480)
 
 
 def opencv(**matrices):
-    text = "%YAML:1.0\n---\n"
-    for name, (rows, columns, data) in matrices.items():
-        text += MATRIX.format(name, rows, columns, data)
-    return text
+    rows = (MATRIX.format(name, *matrix) for name, matrix in matrices.items())
+    return "%YAML:1.0\n---\n" + "".join(rows)
 
 
 PAIR = {
@@ -123,46 +122,26 @@ def test_a_pair_of_ros_says_how_it_is_rectified(written):
 def test_a_pair_of_opencv_over_two_files(written):
     lenses = {name: PAIR[name] for name in ("M1", "D1", "M2", "D2")}
     place = {name: PAIR[name] for name in ("R", "T")}
-    found = read_optics(written(opencv(**lenses), opencv(**place)), (640, 480))
+    found = read_optics(written(opencv(**lenses), opencv(**place)), SIZE)
     assert found.cameras[1]["distortion"] == [0.1, 0.0, 0.0, 0.0, 0.0]
     assert np.array_equal(found.second_from_first[:3, 3], [-0.1, 0.0, 0.0])
 
 
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [
-        (KALIBR.replace("radtan", "equidistant"), "cam0.distortion_model: expected radtan, found"),
-        (KALIBR.replace("pinhole", "omni"), "cam0.camera_model: expected pinhole, found omni"),
-        (
-            KALIBR.replace("-0.11]", "-110.0]"),
-            r"cam1: T_cn_cnm1: .*found a shift of 110 m \(metres\?\)",
-        ),
-        (
-            KALIBR.replace("[1.0, 0.0, 0.0, -", "[2.0, 0.0, 0.0, -"),
-            "T_cn_cnm1: expected a rotation and a shift, found rows that",
-        ),
-        (KALIBR.replace("intrinsics", "focal"), "cam0: intrinsics: expected a value, found none"),
-        (KALIBR.replace("[461.6, ", "["), "cam0: intrinsics: expected 4 finite numbers, found"),
-        (
-            KALIBR.replace("461.6", ".nan"),
-            "cam0: intrinsics: expected 4 finite numbers, found .nan",
-        ),
-        (KALIBR.replace("461.6", "-461.6"), "cam0: fx_px: expected a number >= 10, found -461.6"),
-        (ROS.format("0").replace("plumb_bob", "equidistant"), "found equidistant with 5"),
-        (KALIBR.replace("T_cn_cnm1", "T_imu"), "cam1: T_cn_cnm1: expected a value, found none"),
-        (f"binning_x: 2\n{ECHO}", "0.yaml: roi, binning_x, binning_y: exp"),
-        ("a: 1\n", "expected cam0 .Kalibr., camera_matrix"),
-        ("[1, 2]\n", "expected cam0 .Kalibr., camera_matrix"),
-        (opencv(**PAIR), "image_width, image_height: expected the pictures' size"),
-    ],
-)
-def test_what_no_sensors_file_can_say(written, text, line):
-    with pytest.raises(ValueError, match=line):
-        read_optics(written(text))
-
-
 BROKEN = "%YAML:1.0\n---\nM1: !!opencv-matrix\n   rows: [\n"
-SIX = {"D1": (1, 6, [0.1] * 6)}
+SIX = opencv(**PAIR | {"D1": (1, 6, [0.1] * 6)})
+FISHEYE = ROS.format("0").replace("plumb_bob", "equidistant")
+# What a file of Kalibr says instead, and what it should.
+KALIBRS = [
+    ("radtan", "equidistant", "cam0.distortion_model: expected radtan, found"),
+    ("pinhole", "omni", "cam0.camera_model: expected pinhole, found omni"),
+    ("-0.11]", "-110.0]", r"cam1: T_cn_cnm1: .*found a shift of 110 m \(metres\?\)"),
+    ("[1.0, 0.0, 0.0, -", "[2.0, 0.0, 0.0, -", "T_cn_cnm1: expected a rotation and a shift, found"),
+    ("intrinsics", "focal", "cam0: intrinsics: expected a value, found none"),
+    ("[461.6, ", "[", "cam0: intrinsics: expected 4 finite numbers, found"),
+    ("461.6", ".nan", "cam0: intrinsics: expected 4 finite numbers, found .nan"),
+    ("461.6", "-461.6", "cam0: fx_px: expected a number >= 10, found -461.6"),
+    ("T_cn_cnm1", "T_imu", "cam1: T_cn_cnm1: expected a value, found none"),
+]
 
 
 def without(name):
@@ -170,21 +149,27 @@ def without(name):
 
 
 @pytest.mark.parametrize(
-    ("texts", "line"),
+    ("texts", "line", "size"),
     [
-        ([opencv(**PAIR | SIX)], "D1: distortion: expected 4, 5, 8, 12 or 14 numbers, found 6"),
-        ([without("T")], "T: expected a value, found none"),
-        ([without("D2")], "D2: expected a value, found none"),
-        ([opencv(Q=PAIR["M1"])], "expected camera_matrix or M1, found Q"),
-        ([opencv(**PAIR)] * 2, "D1: expected in one file, found in both"),
-        ([BROKEN], "expected OpenCV's YAML, found none"),
-        ([ROS.format("-51.0"), ROS.format("0")], "expected the right camera of a pair"),
-        ([KALIBR, KALIBR], "expected one camchain.yaml, found another file"),
+        *(([KALIBR.replace(old, new)], line, None) for old, new, line in KALIBRS),
+        ([FISHEYE], "found equidistant with 5", None),
+        ([f"binning_x: 2\n{ECHO}"], "0.yaml: roi, binning_x, binning_y: exp", None),
+        (["a: 1\n"], "expected cam0 .Kalibr., camera_matrix", None),
+        (["[1, 2]\n"], "expected cam0 .Kalibr., camera_matrix", None),
+        ([opencv(**PAIR)], "image_width, image_height: expected the pictures' size", None),
+        ([SIX], "D1: distortion: expected 4, 5, 8, 12 or 14 numbers, found 6", SIZE),
+        ([without("T")], "T: expected a value, found none", SIZE),
+        ([without("D2")], "D2: expected a value, found none", SIZE),
+        ([opencv(Q=PAIR["M1"])], "expected camera_matrix or M1, found Q", SIZE),
+        ([opencv(**PAIR)] * 2, "D1: expected in one file, found in both", SIZE),
+        ([BROKEN], "expected OpenCV's YAML, found none", SIZE),
+        ([ROS.format("-51.0"), ROS.format("0")], "expected the right camera of a pair", SIZE),
+        ([KALIBR, KALIBR], "expected one camchain.yaml, found another file", SIZE),
     ],
 )
-def test_files_that_are_not_whole_or_no_pair(written, texts, line):
+def test_files_that_no_sensors_file_can_follow(written, texts, line, size):
     with pytest.raises(ValueError, match=line):
-        read_optics(written(*texts), (640, 480))
+        read_optics(written(*texts), size)
 
 
 def test_a_file_that_is_not_there():

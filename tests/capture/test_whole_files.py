@@ -64,27 +64,20 @@ def test_a_writer_killed_at_any_moment_leaves_a_whole_file(root, tmp_path):
 
 
 def test_two_writers_never_mix(tmp_path):
-    path = tmp_path / "a.csv"
-    with whole_file(path) as slow:
+    path, capture = tmp_path / "a.csv", tmp_path / "capture"
+    with whole_file(path) as slow, whole_folder(capture) as folder:
         assert slow.suffix == ".csv" and slow.name.startswith(".")
+        assert folder.name.startswith(".") and not capture.exists()
         slow.write_text("slow" * 1000)
-        with whole_file(path) as quick:
+        (folder / "slow.png").touch()
+        with whole_file(path) as quick, whole_folder(capture) as other:
             quick.write_text("quick")
+            (other / "quick.png").touch()
         assert path.read_text() == "quick"
         assert slow.read_text() == "slow" * 1000
     assert path.read_text() == "slow" * 1000
-    assert os.listdir(tmp_path) == ["a.csv"]
-
-
-def test_two_writers_of_a_folder_leave_a_whole_one(tmp_path):
-    path = tmp_path / "capture"
-    with whole_folder(path) as slow:
-        assert slow.name.startswith(".") and not path.exists()
-        (slow / "slow.png").touch()
-        with whole_folder(path) as quick:
-            (quick / "quick.png").touch()
-    assert [p.name for p in path.iterdir()] == ["slow.png"]
-    assert os.listdir(tmp_path) == ["capture"]
+    assert os.listdir(capture) == ["slow.png"]
+    assert sorted(os.listdir(tmp_path)) == ["a.csv", "capture"]
 
 
 def test_what_a_killed_writer_left_is_removed(root, tmp_path):
@@ -115,47 +108,36 @@ def test_what_is_kept_never_moves(tmp_path):
             pass
 
 
-@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
-def test_a_full_disk_names_the_file(tmp_path, number):
-    words = os.strerror(number)
-    with pytest.raises(OSError, match=f"{words}: .*a.csv"), whole_file(tmp_path / "a.csv"):
-        raise OSError(number, words)
-    assert not os.listdir(tmp_path)
+FULL = [OSError(number, os.strerror(number)) for number in (errno.ENOSPC, errno.EDQUOT)]
 
 
-def test_files_are_whole_or_absent(tmp_path):
-    with pytest.raises(RuntimeError), whole_file(tmp_path / "a.csv") as part:
+@pytest.mark.parametrize("error", [RuntimeError(), *FULL])
+def test_files_are_whole_or_absent_and_a_full_disk_names_the_file(tmp_path, error):
+    path, line = tmp_path / "a.csv", f"{error.strerror}: .*a.csv" if error in FULL else "^$"
+    with pytest.raises(type(error), match=line), whole_file(path) as part:
         part.write_text("half")
-        raise RuntimeError
-    with pytest.raises(RuntimeError), whole_folder(tmp_path / "b") as part:
+        raise error
+    with pytest.raises(type(error)), whole_folder(tmp_path / "b") as part:
         (part / "c").write_text("half")
-        raise RuntimeError
+        raise error
     assert list(tmp_path.iterdir()) == []
 
 
 STEPS_S = np.arange(5) / 30
 
 
-def frames_table(start_s=0.0):
-    files = [f"{k:06d}.png" for k in range(5)]
-    return pd.DataFrame(
-        {"frame": range(5), "time_s": start_s + STEPS_S, "left": files, "right": files}
-    )
-
-
 @pytest.mark.parametrize("start_s", [-0.3, 0.0, 999.99, 1712345678.25])
 def test_times_keep_a_microsecond_and_are_read_from_the_first_frame_on(tmp_path, start_s):
+    """A table that is read and written again has the same bytes."""
     force = pd.DataFrame({"time_s": start_s + np.arange(-5, 50) / 200, "fx_n": 1.0})
-    write_frames(tmp_path, frames_table(start_s))
+    files = [f"{k:06d}.png" for k in range(5)]
+    frames = {"frame": range(5), "time_s": start_s + STEPS_S, "left": files, "right": files}
+    write_frames(tmp_path, pd.DataFrame(frames))
     write_force(tmp_path, force)
     assert np.abs(read_table(tmp_path / "frames.csv")["time_s"] - start_s - STEPS_S).max() <= 1e-6
     frames_s, force_s = (read(tmp_path)["time_s"] for read in (read_frames, read_force))
     assert frames_s[0] == 0 and frames_s.to_numpy() == pytest.approx(STEPS_S, abs=2e-6)
     assert force_s.to_numpy() == pytest.approx(np.arange(-5, 50) / 200, abs=2e-6)
-
-
-def test_round_trip_of_frames_is_exact_in_bytes(tmp_path):
-    write_frames(tmp_path, frames_table(1712345678.25))
     first = (tmp_path / "frames.csv").read_bytes()
     write_frames(tmp_path, read_table(tmp_path / "frames.csv"))
     assert (tmp_path / "frames.csv").read_bytes() == first
@@ -168,9 +150,8 @@ def test_a_table_as_written_is_what_is_read_back(tmp_path):
     write_table(tmp_path / "a.csv", table)
     found = read_table(tmp_path / "a.csv")
     pd.testing.assert_frame_equal(as_written(table), found)
-    assert not table.equals(found) and found["fx_n"].to_numpy() == pytest.approx(
-        forces_n, rel=1e-8, abs=0
-    )
+    assert not table.equals(found)
+    assert found["fx_n"].to_numpy() == pytest.approx(forces_n, rel=1e-8, abs=0)
 
 
 @pytest.mark.parametrize(
