@@ -4,7 +4,7 @@ import fcntl
 import shutil
 
 import pytest
-from sample_run import LEFT_BEHIND, SAMPLE, snakemake
+from sample_run import SAMPLE, copied, ran
 
 
 @pytest.fixture(scope="session")
@@ -15,7 +15,7 @@ def sample(root, tmp_path_factory, worker_id):
     with (shared.parent / "sample.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (shared / "results/sample/summary.csv").is_file():
-            _run_sample(root, shared)
+            ran(copied(root, shared), *SAMPLE)
     return shared
 
 
@@ -25,8 +25,7 @@ def copy(sample, tmp_path_factory):
     return shutil.copytree(sample, tmp_path_factory.mktemp("palpate") / "main")
 
 
-def _run_sample(root, folder):
-    shutil.copytree(root, folder, ignore=LEFT_BEHIND, dirs_exist_ok=True)
-    shutil.copytree(root / "tests/sample/raw", folder / "tests/sample/raw", dirs_exist_ok=True)
-    done = snakemake(folder, *SAMPLE)
-    assert done.returncode == 0, done.stderr[-3000:]
+@pytest.fixture
+def fresh(root, tmp_path):
+    """A copy of the project in which nothing ran yet, to be changed."""
+    return copied(root, tmp_path / "main")

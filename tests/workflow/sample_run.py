@@ -25,6 +25,20 @@ def snakemake(folder, *arguments):
     )
 
 
-def counted(done):
+def ran(folder, *arguments):
+    """What a run says that succeeds."""
+    done = snakemake(folder, *arguments)
+    assert done.returncode == 0, (done.stdout + done.stderr)[-5000:]
+    return done.stdout + done.stderr
+
+
+def counted(told):
     """Rules of a dry-run's job statistics."""
-    return set(re.findall(r"^(\w+) +\d+$", done.stdout + done.stderr, re.MULTILINE))
+    return set(re.findall(r"^(\w+) +\d+$", told, re.MULTILINE))
+
+
+def copied(root, folder):
+    """A copy of the project in which nothing ran yet."""
+    shutil.copytree(root, folder, ignore=LEFT_BEHIND, dirs_exist_ok=True)
+    shutil.copytree(root / "tests/sample/raw", folder / "tests/sample/raw", dirs_exist_ok=True)
+    return folder

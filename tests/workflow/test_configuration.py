@@ -172,10 +172,10 @@ def test_what_a_probe_asks_for_must_be_filmed_and_of_this_probe(home):
     made = opened(home).calibrations_of(jobs(("foam_block", "kinect"))[0])
     names = [place.rpartition("results/sensors/kinect/")[2] for place in made]
     assert sorted(names) == ["load.json", "stiffness.json", "tip.json"]
-    content = yaml.safe_load(lab.read_text())
+    whole = lab.read_text()
+    content = yaml.safe_load(whole)
     for name in ("pivot", "load", "stiffness"):
         del content["experiments"][name]
-    whole = lab.read_text()
     lab.write_text(yaml.safe_dump(content))
     message = refuse(home, "sphere.yaml: tip: expected a recording")
     for field, line in MISSING.items():
@@ -208,21 +208,31 @@ def jobs(*names):
 
 
 UNFILLED = ("range_m: [", "range_m: FILL_IN # [")
+PLACE = "raw/sensors/d435"
+# Change of a device's file, the line, and what the configuration says instead.
+WRONG = [
+    ("sensors/d435", *UNFILLED, "range_m: .* found nothing filled in yet", {}),
+    ("probes/stick", "radius_m: 0.00622", "radius_m: FILL_IN",
+     "indenter.radius_m: .* found nothing filled in yet", {}),
+    ("probes/stick", "", "tip: calibration\n",
+     f"tip: expected a recording of the turning handle in {PLACE}/pivot, found none",
+     {"experiments": STICK}),
+    ("sensors/d435", "", "optics: calibration\n",
+     f"optics: expected pictures of a board in {PLACE}/calib", {}),
+    ("sensors/d435", "", "base: {camera_from_base: calibration}\n",
+     f"base.camera_from_base: expected a recording of a target in {PLACE}", {}),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("file", "field", "change"),
-    [
-        ("sensors/d435", "range_m", UNFILLED),
-        ("probes/stick", "indenter.radius_m", ("radius_m: 0.00622", "radius_m: FILL_IN")),
-    ],
-)
-def test_a_wrong_device_stops_runs_that_use_it(another_pair, file, field, change):
+@pytest.mark.parametrize(("file", "old", "new", "line", "changes"), WRONG)
+def test_a_wrong_device_or_a_missing_recording_stops_runs_that_use_it(
+    another_pair, file, old, new, line, changes
+):
     path = another_pair / f"config/{file}.yaml"
-    edit(path, *change)
-    refuse(another_pair, f"{path.name}: {field}: .* found nothing filled in yet")
-    mine, _ = jobs(("mine", "kinect"), ("other", "d435"))
-    assert opened(another_pair, only="mine").calibrations_of(mine) == []
+    edit(path, old, new)
+    refuse(another_pair, f"{path.name}: {line}", **changes)
+    run = opened(another_pair, only="mine", **changes)
+    assert run.calibrations_of(jobs(("mine", "kinect"))[0]) == []
 
 
 def test_a_wrong_sensor_of_recordings_alone_stops_whole_runs_and_the_labs_all(another_pair):
@@ -236,27 +246,6 @@ def test_a_wrong_sensor_of_recordings_alone_stops_whole_runs_and_the_labs_all(an
     shutil.rmtree(another_pair / "raw")
     edit(sensors / "kinect.yaml", *UNFILLED)
     refuse(another_pair, f"kinect.{line}")
-
-
-def test_a_missing_recording_stops_runs_that_ask_for_it(another_pair):
-    edit(another_pair / "config/probes/stick.yaml", "", "tip: calibration\n")
-    place = "the turning handle in raw/sensors/d435/pivot, found none"
-    line = f"stick.yaml: tip: expected a recording of {place}"
-    refuse(another_pair, line, experiments=STICK)
-    run = opened(another_pair, only="mine", experiments=STICK)
-    assert run.calibrations_of(jobs(("mine", "kinect"))[0]) == []
-
-
-def test_missing_optics_stop_runs_that_ask_for_them(another_pair):
-    path = another_pair / "config/sensors/d435.yaml"
-    text, place = path.read_text(), "raw/sensors/d435"
-    for asks, line in (
-        ("optics: calibration\n", f"optics: expected pictures of a board in {place}/calib"),
-        ("base: {camera_from_base: calibration}\n",
-         f"base.camera_from_base: expected a recording of a target in {place}"),
-    ):  # fmt: skip
-        path.write_text(text + asks)
-        refuse(another_pair, f"d435.yaml: {line}")
 
 
 def test_templates_come_from_scans_or_a_file(root, home):
@@ -293,12 +282,10 @@ def test_only_one_object_is_checked_when_only_it_is_wanted(home):
 def test_unknown_names_in_the_lab(home):
     path = home / "config/lab.yaml"
     text = path.read_text()
-    for old, new, line in (
-        ("probe: nano25_sphere", "probe: needle", "object.probe: expected one of nano25_sphere"),
-        ("      kinect: [", "      sonar: [", "recordings: expected one of bumblebee, kinect, kin"),
-    ):
-        path.write_text(text.replace(old, new))
-        refuse(home, line)
+    path.write_text(text.replace("probe: nano25_sphere", "probe: needle"))
+    refuse(home, "object.probe: expected one of nano25_sphere")
+    path.write_text(text.replace("      kinect: [", "      sonar: ["))
+    refuse(home, "recordings: expected one of bumblebee, kinect, kin")
 
 
 UNABLE = [

@@ -1,20 +1,21 @@
-"""The workflow from elsewhere: as a module, in another directory, installed."""
+"""The workflow as a module, in another directory, installed, locked, without a network, by make."""
 
 import json
 import os
+import re
+import shlex
 import shutil
 import subprocess
 import sys
+from importlib.metadata import distributions
 
 import pytest
-import sample_run
-
-pytestmark = pytest.mark.workflow
+from sample_run import LEFT_BEHIND, SAMPLE
 
 
 def left_behind(folder, names):
     """As of other copies, and the tests."""
-    return {*sample_run.LEFT_BEHIND(folder, names), *({"tests"} & set(names))}
+    return {*LEFT_BEHIND(folder, names), *({"tests"} & set(names))}
 
 
 MODULE = """
@@ -48,6 +49,7 @@ def elsewhere(root, tmp_path):
     return tmp_path / "here"
 
 
+@pytest.mark.workflow
 @pytest.mark.long
 def test_as_a_module(root, elsewhere, tmp_path):
     """As snakedeploy names it: a commit, no folder; what is not configured has its default."""
@@ -65,6 +67,7 @@ def test_as_a_module(root, elsewhere, tmp_path):
     assert "own_report" in whole.stdout and "figure_5_5" not in whole.stdout
 
 
+@pytest.mark.workflow
 def test_in_another_directory_with_devices_of_its_own(root, tmp_path):
     """The project's lab, which films with the project's sensors, stays at home."""
     own, here = root / "tests/own_object", tmp_path / "here"
@@ -78,6 +81,7 @@ def test_in_another_directory_with_devices_of_its_own(root, tmp_path):
     assert "own_report" in done.stdout and "lab_capture" not in done.stdout
 
 
+@pytest.mark.workflow
 def test_a_file_of_the_command_line_is_blamed_for_what_it_says(root, tmp_path):
     """The last that says a thing, as it holds."""
     path = tmp_path / "run.yaml"
@@ -87,15 +91,16 @@ def test_a_file_of_the_command_line_is_blamed_for_what_it_says(root, tmp_path):
     assert f"error: {path}: hertz.onset_force_n: expected " in done.stderr
 
 
+@pytest.mark.workflow
 def test_as_the_catalog_tries_it(root, tmp_path):
-    copy = shutil.copytree(
-        root, tmp_path / "palpate", ignore=shutil.ignore_patterns(".git", ".venv", "results")
-    )
+    ignored = shutil.ignore_patterns(".git", ".venv", "results")
+    copy = shutil.copytree(root, tmp_path / "palpate", ignore=ignored)
     done = snakemake(copy, "--directory", ".test", "--dry-run")
     assert done.returncode == 0, done.stderr[-3000:]
     assert "summary" in done.stdout
 
 
+@pytest.mark.workflow
 def test_as_a_package(root, tmp_path):
     """Built as pip builds it, and used from a folder where there is nothing else."""
     built, source = tmp_path / "built", tmp_path / "source"
@@ -103,17 +108,84 @@ def test_as_a_package(root, tmp_path):
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"]
     subprocess.run([*pip, "--no-build-isolation", "--target", str(built), str(source)], check=True)
     assert not (built / "thesis").exists() and not (built / "virtual_lab").exists()
-    (tmp_path / "curve.csv").write_text(
-        "depth_m,force_n\n" + "".join(f"{k * 1e-5},{1e3 * (k * 1e-5) ** 1.5}\n" for k in range(40))
-    )
-    done = subprocess.run(
-        [str(built / "bin/palpate"), "hertz", "curve.csv", "--radius-mm", "6", "--json"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        env=os.environ | {"PYTHONPATH": str(built)},
-    )
+    rows = "".join(f"{k * 1e-5},{1e3 * (k * 1e-5) ** 1.5}\n" for k in range(40))
+    (tmp_path / "curve.csv").write_text(f"depth_m,force_n\n{rows}")
+    command = [str(built / "bin/palpate"), "hertz", "curve.csv", "--radius-mm", "6", "--json"]
+    how = {"cwd": tmp_path, "env": os.environ | {"PYTHONPATH": str(built)}}
+    done = subprocess.run(command, capture_output=True, text=True, **how)
     assert done.returncode == 0, done.stderr[-3000:]
-    assert json.loads(done.stdout)["reduced_modulus_pa"] == pytest.approx(
-        1e3 * 3 / 4 / 0.006**0.5, rel=1e-3
-    )
+    modulus_pa = json.loads(done.stdout)["reduced_modulus_pa"]
+    assert modulus_pa == pytest.approx(1e3 * 3 / 4 / 0.006**0.5, rel=1e-3)
+
+
+# Of `python -m venv` itself, and what is installed of this folder.
+NOT_LOCKED = {"pip", "palpate"}
+
+
+def normal(name):
+    """A package's name as indices compare it."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def entries(path):
+    """Entries of a lock by name, each with its version and all that follows."""
+    text = path.read_text().replace("\\\n", " ")
+    rows = [row for row in map(str.strip, text.splitlines()) if row and row[0] != "#"]
+    return {normal(row.partition("==")[0].partition("[")[0]): row for row in rows}
+
+
+@pytest.fixture(scope="module")
+def lock(root):
+    return entries(root / "environment.lock")
+
+
+def test_every_locked_package_has_a_version_the_site_the_same_and_hashes(root, lock):
+    assert len(lock) > 100
+    wanted = re.compile(r"[A-Za-z0-9._\[\]-]+==\S+.*--hash=sha256:[0-9a-f]{64}")
+    site = entries(root / "docs/environment.lock")
+    assert [row for row in [*lock.values(), *site.values()] if not wanted.match(row)] == []
+    both = site.keys() & lock.keys()
+    assert {site[name].split()[0] for name in both} == {lock[name].split()[0] for name in both}
+
+
+def test_what_people_ask_for_is_locked(root, lock):
+    rows = (root / "environment.in").read_text().splitlines()
+    asked = {normal(row.partition("==")[0]) for row in rows if row and row[0] != "#"}
+    assert asked <= set(lock)
+
+
+def test_the_environment_is_the_locks(lock):
+    there = {normal(one.metadata["Name"]): one.version for one in distributions()}
+    locked = {name: re.match(r"[^=]+==([^\s;]+)", row)[1] for name, row in lock.items()}
+    assert {name: there[name] for name in set(there) - NOT_LOCKED} == locked
+
+
+def test_no_job_needs_a_network(fresh):
+    """A real target in a namespace without any network: from the background to the table."""
+    unshare = shutil.which("unshare")
+    alone = [unshare or "", "--net", "--map-root-user"]
+    if not unshare or subprocess.run([*alone, "true"], capture_output=True).returncode:
+        pytest.skip("unshare --net is not there or not permitted on this machine")
+    target = "results/sample/foam_block/kinect/support_plane.json"
+    command = [*alone, sys.executable, "-m", "snakemake", "--profile", "workflow/profiles/default"]
+    command += [*SAMPLE, "--", target]
+    done = subprocess.run(command, cwd=fresh, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert (fresh / target).is_file()
+
+
+def planned(root, *names):
+    """Words of the command that make would run."""
+    command = ["make", "--no-print-directory", "--dry-run", "--old-file", ".venv/installed"]
+    # The tests may be run by a make, which hands its own options on.
+    own = {name: text for name, text in os.environ.items() if not name.startswith(("MAKE", "MFL"))}
+    command += ["check", *names]
+    planned = subprocess.check_output(command, cwd=root, env=own, text=True)
+    return shlex.split(planned.replace("\\\n", ""))
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
+@pytest.mark.parametrize("name", ["toy_cow", "My Cow", "O'Brien", "a;b", "%"])
+def test_an_objects_name_goes_to_the_check_as_one_word_and_without_one_all_are_checked(root, name):
+    assert planned(root, f"object={name}")[-2:] == ["check", f"raw/{name}"]
+    assert planned(root)[-1] == "check"

@@ -9,7 +9,7 @@ import yaml
 from palpate.capture.discover import CaptureId
 from palpate.workflow.configuration import open_run
 from palpate.workflow.own_objects import ORIGIN, Standing, kept_files
-from sample_run import LEFT_BEHIND, snakemake
+from sample_run import ran
 from settings import full, written
 from thesis.options import StudyConfig
 from thesis.run import StudyRun
@@ -28,31 +28,14 @@ def two_objects(root, folder):
     return folder
 
 
-@pytest.fixture
-def project(root, tmp_path):
-    """The project with two objects of one capture each."""
-    folder = tmp_path / "main"
-    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
-    two_objects(root, folder / "raw")
-    (folder / "run.yaml").write_text("paths: {sensors: tests/sample/sensors, lab: null}\n")
-    return folder
-
-
 @pytest.mark.workflow
-def test_a_run_of_one_object_leaves_what_is_of_all(project):
+def test_a_run_may_be_of_one_object_or_a_batch(root, fresh):
     """Configuration and list of what was made are the last full run's, as its tables are."""
-    done = snakemake(project, *OBJECTS, "--config", "only=sponge", "methods=[hertz]")
-    assert done.returncode == 0, done.stderr[-3000:]
-    text = done.stdout + done.stderr
+    two_objects(root, fresh / "raw")
+    (fresh / "run.yaml").write_text("paths: {sensors: tests/sample/sensors, lab: null}\n")
+    text = ran(fresh, *OBJECTS, "--config", "only=sponge", "methods=[hertz]")
     assert "own_summary " in text and "objects_page " in text and "configuration " not in text
-
-
-@pytest.mark.workflow
-def test_a_batch_takes_a_part_of_the_objects(project):
-    batch = ("--batch", "objects=1/2", "--", "objects")
-    done = snakemake(project, *OBJECTS, *batch)
-    assert done.returncode == 0, done.stderr[-3000:]
-    text = done.stdout + done.stderr
+    text = ran(fresh, *OBJECTS, "--batch", "objects=1/2", "--", "objects")
     assert "results/cushion/report.html" in text and "results/sponge/" not in text
 
 

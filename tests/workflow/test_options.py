@@ -1,4 +1,6 @@
-"""Options: their defaults, what people write, and what no option is."""
+"""Options: their defaults, what people write, what no option is; their page, links of all pages."""
+
+import re
 
 import pytest
 import yaml
@@ -13,8 +15,9 @@ def test_defaults_are_within_their_own_bounds():
     assert all(meaning and not meaning.endswith(".") for *_, meaning in rows(StudyConfig))
 
 
-def test_the_projects_own_file_says_the_defaults(root):
+def test_the_projects_own_file_and_page_say_the_defaults(root):
     """config.yaml shows what a user may change; a value there that is another would hide."""
+    assert (root / "docs/options.md").read_text() == page() + OF_STUDY, "make docs writes it"
     own = yaml.safe_load((root / "config/config.yaml").read_text())
     own["paths"]["lab"] = None
     assert Config.read(own) == Config()
@@ -30,8 +33,13 @@ def test_commands_read_a_runs_whole_configuration(tmp_path):
         Project(tmp_path, content).config(None)
 
 
-def test_the_page_of_options_is_of_these(root):
-    assert (root / "docs/options.md").read_text() == page() + OF_STUDY, "make docs writes it"
+def test_links_lead_somewhere(root):
+    lost = []
+    for document in (root / "README.md", *(root / "docs").rglob("*.md")):
+        links = re.findall(r"\]\(([^)\s]+)\)", document.read_text("utf-8"))
+        places = (link.partition("#")[0] for link in links if "://" not in link)
+        lost += [(document, one) for one in places if not (document.parent / one).exists()]
+    assert not lost
 
 
 @pytest.mark.parametrize(
@@ -47,6 +55,9 @@ def test_constants_of_a_tracker_are_not_offered(name, value, line):
     assert line in found and ", misfit_reach_m" not in found
 
 
+SAME = {"direct": {"fit": {"poisson_ratio": "abc"}}}
+
+
 @pytest.mark.parametrize(
     ("given", "read"),
     [
@@ -54,10 +65,7 @@ def test_constants_of_a_tracker_are_not_offered(name, value, line):
         ({"background": {"smallest_blob_px": "400.0"}}, {"background": {"smallest_blob_px": 400}}),
         ({"study": {"table_5_3_points": ["08"]}}, {"study": {"table_5_3_points": ["08"]}}),
         ({"paths": {"raw": "2.0", "lab": "null"}}, {"paths": {"raw": "2.0", "lab": None}}),
-        (
-            {"direct": {"fit": {"poisson_ratio": "abc"}}},
-            {"direct": {"fit": {"poisson_ratio": "abc"}}},
-        ),
+        (SAME, SAME),
         ({"seed": 7, "no_option": "1"}, {"seed": 7, "no_option": "1"}),
     ],
 )

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from sample_run import LEFT_BEHIND, counted, snakemake
+from sample_run import copied, counted, ran, snakemake
 
 pytestmark = pytest.mark.workflow
 NAME, SENSOR = "toy_cow", "bench_cam"
@@ -19,8 +19,7 @@ COARSE = ("--configfile", "tests/own_object/config.yaml")
 @pytest.fixture(scope="module")
 def dropped(root, tmp_path_factory):
     """A copy of the project into which a person has put camera, probe and object."""
-    folder = tmp_path_factory.mktemp("own") / "main"
-    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
+    folder = copied(root, tmp_path_factory.mktemp("own") / "main")
     source = root / "tests/own_object"
     shutil.copytree(source / "raw", folder / "raw")
     for kind in ("sensors", "probes"):
@@ -42,9 +41,7 @@ def add_curve(folder, block, **changes):
 @pytest.fixture(scope="module")
 def results(dropped):
     """Results of the run of just that object."""
-    done = snakemake(dropped, *COARSE, "--config", f"only={NAME}")
-    told = done.stdout + done.stderr
-    assert done.returncode == 0, told[-3000:]
+    told = ran(dropped, *COARSE, "--config", f"only={NAME}")
     assert f"Page for a browser: results/{NAME}/report.html" in told
     return dropped / "results"
 
@@ -55,9 +52,7 @@ def truth(root):
 
 
 def test_the_study_runs_beside_it(dropped):
-    done = snakemake(dropped, "--dry-run")
-    assert done.returncode == 0, done.stderr[-3000:]
-    assert {"own_report", "table_5_3", "lab_capture"} <= counted(done)
+    assert {"own_report", "table_5_3", "lab_capture"} <= counted(ran(dropped, "--dry-run"))
 
 
 @pytest.mark.long
@@ -66,9 +61,7 @@ def test_methods_are_those_that_are_asked_for(dropped):
     rules = {}
     for methods in ("hertz,direct", "hertz,direct,minimise", "hertz"):
         given = ("--config", f"only={NAME}", f"methods=[{methods}]")
-        done = snakemake(dropped, *COARSE, "--dry-run", *given)
-        assert done.returncode == 0, done.stderr[-3000:]
-        rules[methods] = counted(done)
+        rules[methods] = counted(ran(dropped, *COARSE, "--dry-run", *given))
     assert rules["hertz,direct,minimise"] - rules["hertz,direct"] >= {"minimise"}
     assert {"direct_object", "own_report", "own_summary"} <= rules["hertz,direct"]
     assert not {"direct", "own_report", "minimise"} & rules["hertz"]
@@ -93,10 +86,9 @@ def bench(dropped):
 
 def test_a_curve_is_found_and_checked(dropped, bench):
     given = ("--dry-run", "--config", "only=bench_cow")
-    done = snakemake(dropped, *COARSE, *given)
-    assert done.returncode == 0, done.stderr[-3000:]
-    assert {"curve", "indentation", "own_summary", "summary"} <= counted(done)
-    assert not {"own_report", "clouds", "hertz"} & counted(done)
+    rules = counted(ran(dropped, *COARSE, *given))
+    assert {"curve", "indentation", "own_summary", "summary"} <= rules
+    assert not {"own_report", "clouds", "hertz"} & rules
     (bench / "neck.csv").write_text("no curve\n")
     done = snakemake(dropped, *COARSE, *given)
     assert "neck.csv: point: expected one of back, found neck" in done.stdout + done.stderr
@@ -177,12 +169,10 @@ def test_a_further_capture_costs_just_itself(results, dropped):
     force = (more / "force.csv").read_text().splitlines()
     (more / "force.csv").write_text("\n".join(force[:-1]) + "\n")
     try:
-        done = snakemake(dropped, *COARSE, "--dry-run", "--config", f"only={NAME}")
+        told = ran(dropped, *COARSE, "--dry-run", "--config", f"only={NAME}")
     finally:
         shutil.rmtree(more)
-    told = done.stdout + done.stderr
-    assert {"clouds", "direct", "direct_object", "own_report"} <= counted(done)
-    assert not {"indentation", "solid_mesh", "background_model", "track"} & counted(done)
+    assert {"clouds", "direct", "direct_object", "own_report"} <= counted(told)
+    assert not {"indentation", "solid_mesh", "background_model", "track"} & counted(told)
     assert "Hertz fit of toy_cow, bench_cam, back-a03" in told
-    done = snakemake(dropped, *COARSE, "--config", f"only={NAME}")
-    assert "Nothing to be done" in done.stdout + done.stderr
+    assert "Nothing to be done" in ran(dropped, *COARSE, "--config", f"only={NAME}")

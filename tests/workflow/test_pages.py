@@ -1,11 +1,10 @@
 """The report that a run makes, in a real browser, whole without a network."""
 
 import re
-import shutil
 
 import pytest
 from browser import browser, missing
-from sample_run import SAMPLE, snakemake
+from sample_run import SAMPLE, ran
 
 pytestmark = pytest.mark.workflow
 in_a_browser = pytest.mark.skipif(missing() is not None, reason=missing() or "")
@@ -32,30 +31,20 @@ return links.length > 0;
 def made(copy):
     """Folder of the sample's results, its report among them."""
     style = ("--report-stylesheet", "workflow/report/style.css")
-    done = snakemake(copy, *SAMPLE, *style, "--report", "results/sample/report.html")
-    assert done.returncode == 0, done.stderr[-3000:]
+    ran(copy, *SAMPLE, *style, "--report", "results/sample/report.html")
     return copy / "results/sample"
 
 
-@pytest.fixture(scope="module")
-def window(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("browser")
-    with browser(folder) as opened:
-        yield opened
-    shutil.rmtree(folder, ignore_errors=True)
-
-
 @pytest.fixture
-def report(made, window):
-    window.requests()
-    window.open(made / "report.html")
-    window.until("return document.querySelectorAll('#rulegraph canvas, #rulegraph svg').length")
-    return window
-
-
-def untroubled(window):
-    assert window.errors() == []
-    assert [url for url in window.requests() if not AT_HOME.match(url)] == []
+def report(made, tmp_path):
+    """The report in a window that has no errors and asks for nothing from elsewhere."""
+    with browser(tmp_path) as window:
+        window.requests()
+        window.open(made / "report.html")
+        window.until("return document.querySelectorAll('#rulegraph canvas, #rulegraph svg').length")
+        yield window
+        assert window.errors() == []
+        assert [url for url in window.requests() if not AT_HOME.match(url)] == []
 
 
 def test_pages_say_that_captures_are_simulated(made):
@@ -76,7 +65,6 @@ def test_the_report_lists_chapters_and_opens_a_figure_and_a_table(report):
     report.until(CLICK_IN_ROW, "Figure 5.\u200a2:", 1)
     report.until("return document.body.textContent.includes('the fit of Eq. 5.1')")
     assert "(simulated)" in report.run("return document.body.textContent")
-    untroubled(report)
 
 
 @in_a_browser
@@ -84,4 +72,3 @@ def test_the_report_opens_a_page_of_the_run(report):
     assert report.run(CLICK, "This run")
     report.until(CLICK_IN_ROW, "Summary", 0)
     report.until("return document.querySelector('iframe')")
-    untroubled(report)

@@ -81,7 +81,7 @@ def test_a_script_that_failed_here_has_said_so_and_one_of_a_cluster_is_one_line(
 
 
 @pytest.mark.parametrize("text", [None, "reading\n", "error: of the last run\n"])
-def test_a_job_that_was_killed_is_one_line(terminal, tmp_path, text, monkeypatch):
+def test_a_job_that_was_killed_is_one_line(terminal, tmp_path, text):
     if text is not None:
         (tmp_path / "08.log").write_text(text)
     terminal.logger.handlers[0].began = time.time() + ("last" in (text or ""))
@@ -91,16 +91,18 @@ def test_a_job_that_was_killed_is_one_line(terminal, tmp_path, text, monkeypatch
     assert line.endswith(f"(log: {tmp_path}/08.log)")
 
 
-def bench(folder, name, seconds):
-    path = folder / f"{name}.tsv"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(f"s\th:m:s\tmax_rss\tcpu_time\n{seconds}\t0:00:01\t-\t-\n")
+def written(folder, **rows):
+    """Benchmarks of rules."""
+    for name, row in rows.items():
+        path = folder / f"{name.replace('__', '/')}.tsv"
+        path.parent.mkdir(exist_ok=True, parents=True)
+        path.write_text(f"s\th:m:s\tmax_rss\tcpu_time\n{row}\n")
+    return folder
 
 
 def test_the_last_run_shows_the_time_left_until_this_one_does(tmp_path):
-    known = {"clouds/a": 10.0, "clouds/b": 30.0, "lab_capture": 1e6, "track": "NA"}
-    for name, seconds in known.items():
-        bench(tmp_path, name, seconds)
+    known = {"clouds__a": 10.0, "clouds__b": 30.0, "lab_capture": 1e6, "track": "NA"}
+    written(tmp_path, **{name: f"{time_s}\t0:00:01\t-\t-" for name, time_s in known.items()})
     clock = [0.0]
     pace = Pace({"clouds": 30, "track": 30}, tmp_path, cores=2, clock=lambda: clock[0])
     # 20 s a job, of a rule without a benchmark too: 1200 s on two cores.
@@ -113,47 +115,23 @@ def test_the_last_run_shows_the_time_left_until_this_one_does(tmp_path):
     assert pace.line().endswith("60 of 60 steps (100%) done, less than a minute left")
 
 
-def of_captures(name, sensor, rows, **same):
-    """Rows of captures."""
-    known = {"object": name, "sensor": sensor, "provenance": "simulated"} | same
-    return [known | {"capture": row["point"]} | row for row in rows]
-
-
-def hertz(name, sensor, moduli, **same):
-    points = [f"{8 + i:02d}" for i in range(len(moduli))]
-    found = zip(points, moduli, strict=True)
-    rows = [{"point": point, "reduced_modulus_pa": E, "method": "hertz"} for point, E in found]
-    return of_captures(name, sensor, rows, **same)
-
-
-def joint(name, sensor, *, captures, **same):
-    moduli = {"youngs_modulus": 250e3, "youngs_modulus_1s": 225e3, "reduced_modulus": 298e3}
-    moduli |= {"effective_reduced_modulus": 310e3}
-    row = {"point": "all", "method": "direct_joint", "recommended": True, "captures": captures}
-    for quantity, value in moduli.items():
-        row |= {f"{quantity}_pa": value, f"{quantity}_low_pa": 0.9 * value}
-        row |= {f"{quantity}_high_pa": 1.1 * value, f"{quantity}_verdict": "identified"}
-    nu = {"poisson_ratio": 0.4, "poisson_ratio_low": 0.25, "poisson_ratio_high": 0.49}
-    return of_captures(name, sensor, [row | nu | {"poisson_ratio_verdict": "bounded"}], **same)
-
-
-def write(folder, *rows):
-    """A results folder with a summary of the workflow's own columns."""
-    table = tables.rounded(summary([one for part in rows for one in part]))
-    put(folder, "objects.html", "report.html", "tables/resources.csv")
-    table.to_csv(folder / "summary.csv", index=False)
-
-
-def put(folder, *names):
-    for name in names:
-        (folder / name).parent.mkdir(exist_ok=True)
-        (folder / name).write_text("made")
-
-
 @pytest.fixture
 def ball(tmp_path):
-    rows = hertz("ball", "kinect", [25000, 27000, 32000])
-    write(tmp_path, rows, joint("ball", "kinect", captures=3))
+    """A results folder with a summary of the workflow's own columns."""
+    known = {"object": "ball", "sensor": "kinect", "provenance": "simulated"}
+    hertz = {"point": "08", "capture": "08", "method": "hertz", "reduced_modulus_pa": 25e3}
+    joint = {"point": "all", "capture": "all", "method": "direct_joint", "captures": 3}
+    joint |= {"poisson_ratio": 0.4, "poisson_ratio_low": 0.25, "poisson_ratio_high": 0.49}
+    joint |= {"recommended": True, "poisson_ratio_verdict": "bounded"}
+    moduli = {"youngs_modulus": 250e3, "youngs_modulus_1s": 225e3, "reduced_modulus": 298e3}
+    for quantity, value in (moduli | {"effective_reduced_modulus": 310e3}).items():
+        joint |= {f"{quantity}_pa": value, f"{quantity}_low_pa": 0.9 * value}
+        joint |= {f"{quantity}_high_pa": 1.1 * value, f"{quantity}_verdict": "identified"}
+    table = tables.rounded(summary([known | hertz, known | joint]))
+    table.to_csv(tmp_path / "summary.csv", index=False)
+    (tmp_path / "tables").mkdir()
+    for name in ("objects.html", "report.html"):
+        (tmp_path / name).write_text("made")
     return tmp_path
 
 
@@ -174,18 +152,6 @@ def test_closing_gives_the_recommended_moduli_first_with_intervals_and_verdicts(
     assert browse in lines
     (ball / "report.html").unlink()
     assert browse not in closing_lines(ball)
-
-
-HEAD = "s\th:m:s\tmax_rss\tcpu_time\n"
-
-
-def written(folder, **rows):
-    """Benchmarks of rules."""
-    for name, row in rows.items():
-        path = folder / f"{name.replace('__', '/')}.tsv"
-        path.parent.mkdir(exist_ok=True, parents=True)
-        path.write_text(f"{HEAD}{row}\n")
-    return folder
 
 
 def test_jobs_are_summed_up_by_rule_and_part(tmp_path):

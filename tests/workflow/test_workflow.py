@@ -11,7 +11,7 @@ import yaml
 from palpate.modulus import LABELS
 from palpate.workflow.progress import GOES_ON
 from palpate.yaml_files import load_yaml
-from sample_run import LEFT_BEHIND, SAMPLE, counted, snakemake
+from sample_run import SAMPLE, counted, ran, snakemake
 from truth_gate import estimates_of_known, scaled
 from validation.estimates import accuracy_table
 from validation.measured import truth_of
@@ -72,8 +72,7 @@ def experiments(copy):
     (copy / "experiments.yaml").write_text(yaml.safe_dump(config))
     folder = copy / "results/sample_lab"
     wanted = [f"results/sample_lab/tables/{name}.csv" for name in EXPERIMENT_TABLES]
-    done = snakemake(copy, "--configfile", "experiments.yaml", "--", *wanted)
-    assert done.returncode == 0, done.stderr[-3000:]
+    ran(copy, "--configfile", "experiments.yaml", "--", *wanted)
     return folder
 
 
@@ -93,53 +92,42 @@ def test_experiments_come_to_tables_that_are_near_the_truth(experiments):
 
 
 def test_second_run_has_nothing_to_do(sample):
-    done = snakemake(sample, *SAMPLE)
-    assert done.returncode == 0
-    assert "Nothing to be done" in done.stdout + done.stderr
+    assert "Nothing to be done" in ran(sample, *SAMPLE)
 
 
-@pytest.mark.parametrize(
-    ("module", "affected", "untouched"),
-    [
-        (
-            "palpate/estimate/hertz/fit.py",
-            {"hertz", "figure_5_2", "align"},
-            {"mask", "clouds", "probe_pose", "indentation"},
-        ),
-        (
-            "thesis/chapter4/normal_figure.py",
-            {"figure_4_4", "figure_4_5"},
-            {"table_5_2", "summary", "hertz", "minimise", "mask"},
-        ),
-    ],
-    ids=["fit", "figure"],
-)
-def test_a_library_edit_reruns_what_uses_its_package(copy, module, affected, untouched):
-    path = copy / "workflow/scripts" / module
-    before = path.read_text()
-    path.write_text(before + "\n# edited\n")
+# A file, what is added to it, rules that run anew and others that don't.
+IMAGE = "tests/sample/raw/foam_block/kinect/08/color/000003.png"
+EDITS = {
+    "workflow/scripts/palpate/estimate/hertz/fit.py": (
+        b"\n# edited\n", "hertz figure_5_2 align", "mask clouds probe_pose indentation",
+    ),
+    "workflow/scripts/thesis/chapter4/normal_figure.py": (
+        b"\n# edited\n", "figure_4_4 figure_4_5", "table_5_2 summary hertz minimise mask",
+    ),
+    # One of the same name and size.
+    IMAGE: (
+        b"", "mask probe_pose force clouds align hertz direct",
+        "background_model support_plane solid_mesh",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("file", EDITS)
+def test_an_edit_reruns_what_uses_the_file(copy, file):
+    """A library's file counts for what uses its package, an image for its capture's stages."""
+    path, (more, affected, untouched) = copy / file, EDITS[file]
+    before, times = path.read_bytes(), path.stat()
+    path.write_bytes(before + more)
     try:
-        done = snakemake(copy, *SAMPLE, "--dry-run")
+        told = ran(copy, *SAMPLE, "--dry-run")
     finally:
-        path.write_text(before)
-    assert affected <= counted(done)
-    assert not untouched & counted(done)
-
-
-def test_an_image_that_was_replaced_reruns_its_capture_s_stages(copy):
-    """One of the same name and size."""
-    image = copy / "tests/sample/raw/foam_block/kinect/08/color/000003.png"
-    before = image.stat()
-    image.write_bytes(image.read_bytes())
-    try:
-        done = snakemake(copy, *SAMPLE, "--dry-run")
-    finally:
-        os.utime(image, ns=(before.st_atime_ns, before.st_mtime_ns))
-    told = done.stdout + done.stderr
-    assert {"mask", "probe_pose", "force", "clouds", "align", "hertz", "direct"} <= counted(done)
-    assert not {"background_model", "support_plane", "solid_mesh"} & counted(done)
-    assert "Foreground masks of foam_block, kinect, 08" in told
-    assert "Foreground masks of foam_block, bumblebee, 08" not in told
+        path.write_bytes(before)
+        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+    assert set(affected.split()) <= counted(told)
+    assert not set(untouched.split()) & counted(told)
+    if file == IMAGE:
+        assert "Foreground masks of foam_block, kinect, 08" in told
+        assert "Foreground masks of foam_block, bumblebee, 08" not in told
 
 
 def truncated(folder):
@@ -153,12 +141,10 @@ SPOILT = {
 }
 
 
-def test_bad_captures_are_refused_before_any_job(root, tmp_path):
+def test_bad_captures_are_refused_before_any_job(fresh):
     """Each for what is wrong with it, all at once."""
-    folder = tmp_path / "main"
-    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
-    shutil.copytree(root / "tests/sample/raw", folder / "raw")
-    kinect, words = folder / "raw/foam_block/kinect", []
+    (fresh / "tests/sample/raw").rename(fresh / "raw")
+    kinect, words = fresh / "raw/foam_block/kinect", []
     shutil.copytree(kinect, kinect.with_name("sonar"))
     for attempt, (spoil, line) in enumerate(SPOILT.items(), start=2):
         shutil.copytree(kinect / "08", kinect / f"08-a{attempt:02d}")
@@ -166,28 +152,25 @@ def test_bad_captures_are_refused_before_any_job(root, tmp_path):
         words.append(f"kinect/08-a{attempt:02d}/{line}")
     words.append("sonar: sensor: expected one of bumblebee, kinect, found sonar")
     config = {"paths": {"raw": "raw", "sensors": "tests/sample/sensors", "lab": None}}
-    (folder / "run.yaml").write_text(yaml.safe_dump(config))
-    done = snakemake(folder, "--configfile", "run.yaml")
+    (fresh / "run.yaml").write_text(yaml.safe_dump(config))
+    done = snakemake(fresh, "--configfile", "run.yaml")
     told = done.stdout + done.stderr
     assert done.returncode != 0
     for line in words:
         assert sum(line in one for one in told.splitlines()) == 1, line
     assert "Traceback" not in told
-    assert not (folder / "results").exists()
+    assert not (fresh / "results").exists()
 
 
-def test_jobs_that_fail_are_one_line_each(root, tmp_path):
+def test_jobs_that_fail_are_one_line_each(fresh):
     """A defect's traceback is in its log alone; a job that is killed is told of, too."""
-    folder = tmp_path / "main"
-    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
-    shutil.copytree(root / "tests/sample/raw", folder / "tests/sample/raw", dirs_exist_ok=True)
     broken = {"background_model": "None.x", "support_plane": "import os; os.kill(os.getpid(), 9)"}
     for name, line in broken.items():
-        path = folder / f"workflow/scripts/stages/{name}.py"
+        path = fresh / f"workflow/scripts/stages/{name}.py"
         path.write_text(re.sub(r"(def main.*)", rf"\1\n    {line}", path.read_text()))
     place = "results/sample/foam_block/kinect"
     made = [f"{place}/background.npz", f"{place}/support_plane.json"]
-    done = snakemake(folder, *SAMPLE, "--keep-going", "--", *made)
+    done = snakemake(fresh, *SAMPLE, "--keep-going", "--", *made)
     assert done.returncode == 1
     log = "results/sample/logs/background_model/foam_block-kinect.log"
     told = [line for line in done.stderr.splitlines() if line.startswith("error: ")]
@@ -199,7 +182,7 @@ def test_jobs_that_fail_are_one_line_each(root, tmp_path):
     assert len(told) == 2 and GOES_ON in done.stderr
     for noise in ("Traceback", "CalledProcessError", "Error in rule"):
         assert noise not in done.stdout + done.stderr
-    assert "Traceback" in (folder / log).read_text()
+    assert "Traceback" in (fresh / log).read_text()
 
 
 # What Snakemake says of its own files before it reads the workflow.
@@ -217,15 +200,13 @@ ITS_OWN = ("Using profile", "Config file ")
     ],
     ids=["value dry", "object quiet", "empty quiet"],
 )  # fmt: skip
-def test_a_wrong_option_is_one_clear_line_and_nothing_else(root, tmp_path, look, option, line):
-    folder = tmp_path / "main"
-    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
-    done = snakemake(folder, *look, "--config", option)
+def test_a_wrong_option_is_one_clear_line_and_nothing_else(fresh, look, option, line):
+    done = snakemake(fresh, *look, "--config", option)
     assert done.returncode == 1
     told = (done.stdout + done.stderr).splitlines()
     assert [one for one in told if not one.startswith(ITS_OWN)] == [f"error: {line}"]
     assert f"error: {line}" in done.stderr
-    assert not (folder / "results").exists()
+    assert not (fresh / "results").exists()
 
 
 NAME, SENSORS = "foam_block", ("bumblebee", "kinect")
