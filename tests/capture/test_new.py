@@ -148,6 +148,17 @@ def cow(lab, root):
     return path.parent
 
 
+@pytest.mark.parametrize("sensors", ["cameras", "elsewhere/cameras", "config/sensors"])
+def test_objects_are_beside_the_configuration_wherever_sensors_are(lab, sensors, monkeypatch, said):
+    (lab / "elsewhere").mkdir()
+    (lab / sensors).mkdir(parents=True)
+    (lab / "config").mkdir(exist_ok=True)
+    (lab / "config/config.yaml").write_text(f"paths: {{sensors: {sensors}}}\n")
+    for folder, raw in (("", "raw"), ("elsewhere", "../raw")):
+        monkeypatch.chdir(lab / folder)
+        assert said("check", status=1).startswith(f"{raw}: folder: expected objects")
+
+
 @pytest.mark.long
 def test_an_own_objects_devices_are_found_from_other_folders(cow, lab, monkeypatch, said):
     (lab / "elsewhere").mkdir()

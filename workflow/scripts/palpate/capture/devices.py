@@ -72,8 +72,10 @@ def raw_folder(given: Path | None) -> Path:
     """Folder of the objects: that asked for, else the one here, else beside ``config``."""
     if given is not None or os.path.isdir("raw"):
         return given or Path("raw")
-    config = found_folder("sensors", None, Path()) or PLACES["sensors"]
-    return Path(os.path.relpath(config.parents[1] / "raw"))
+    above = [Path.cwd(), *Path.cwd().parents]
+    marks = CONFIG, PLACES["sensors"]
+    beside = (one for one in above if any(os.path.exists(one / mark) for mark in marks))
+    return Path(os.path.relpath(next(beside, above[0]) / "raw"))
 
 
 def read_devices(name: str, given: Path | None, near: Path) -> Devices:
