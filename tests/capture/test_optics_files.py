@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from palpate.capture.importing.optics_files import read_optics
@@ -132,8 +133,8 @@ SIX = opencv(**PAIR | {"D1": (1, 6, [0.1] * 6)})
 FISHEYE = ROS.format("0").replace("plumb_bob", "equidistant")
 # What a file of Kalibr says instead, and what it should.
 KALIBRS = [
-    ("radtan", "equidistant", "cam0.distortion_model: expected radtan, found"),
-    ("pinhole", "omni", "cam0.camera_model: expected pinhole, found omni"),
+    ("radtan", "equidistant", "cam0: distortion_model: expected radtan, found"),
+    ("pinhole", "omni", "cam0: camera_model: expected pinhole, found omni"),
     ("-0.11]", "-110.0]", r"cam1: T_cn_cnm1: .*found a shift of 110 m \(metres\?\)"),
     ("[1.0, 0.0, 0.0, -", "[2.0, 0.0, 0.0, -", "T_cn_cnm1: expected a rotation and a shift, found"),
     ("intrinsics", "focal", "cam0: intrinsics: expected a value, found none"),
@@ -162,7 +163,8 @@ def without(name):
         ([without("D2")], "D2: expected a value, found none", SIZE),
         ([opencv(Q=PAIR["M1"])], "expected camera_matrix or M1, found Q", SIZE),
         ([opencv(**PAIR)] * 2, "D1: expected in one file, found in both", SIZE),
-        ([BROKEN], "expected OpenCV's YAML, found none", SIZE),
+        ([BROKEN], "0.yaml: file: expected plain YAML, found none .*copy or write it again", SIZE),
+        ([opencv(**PAIR | {"M1": (3, 4, K)})], "M1: data: expected 3 x 4 numbers, found 9", SIZE),
         ([ROS.format("-51.0"), ROS.format("0")], "expected the right camera of a pair", SIZE),
         ([KALIBR, KALIBR], "expected one camchain.yaml, found another file", SIZE),
     ],
@@ -170,6 +172,28 @@ def without(name):
 def test_files_that_no_sensors_file_can_follow(written, texts, line, size):
     with pytest.raises(ValueError, match=line):
         read_optics(written(*texts), size)
+
+
+@pytest.mark.parametrize("end", ["yml", "xml", "json"])
+def test_what_opencv_itself_writes_whole_and_damaged(tmp_path, end):
+    path = tmp_path / f"camera.{end}"
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    for name, value in zip(("image_width", "image_height"), SIZE, strict=True):
+        storage.write(name, value)
+    storage.write("camera_matrix", np.reshape(K, (3, 3)))
+    storage.write("distortion_coefficients", np.array(SHORT))
+    storage.release()
+    (camera,) = read_optics([path]).cameras
+    assert (camera["width_px"], camera["fy_px"], camera["distortion"]) == (640, 522.0, SHORT)
+    whole = path.read_bytes()
+    damaged = [whole[:count] for count in range(0, whole.rindex(b"0"), 10)]
+    damaged += [whole.replace(b"matrix", other) for other in (b"\0", b"\xff", b"<", b"]")]
+    damaged += [whole.replace(b"522", b"5x2"), b'<a type_id="opencv-matrix">' * 50_000]
+    for content in damaged:
+        path.write_bytes(content)
+        with pytest.raises(ValueError, match=r"camera\.\w+: \w+: .*expected .+, found ") as caught:
+            read_optics([path])
+        assert "\n" not in str(caught.value)
 
 
 def test_a_file_that_is_not_there():

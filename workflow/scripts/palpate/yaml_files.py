@@ -12,8 +12,8 @@ LONGEST_LINE = 720
 HEAD, TAIL = 400, 300
 # What people write by hand stays far below; aliases can make a short file hold billions of values.
 LARGEST_BYTES, MOST_VALUES = 1_000_000, 100_000
-# OpenCV's first line, which is none of YAML's directives, and the last of an echoed ROS message.
-NO_YAML = re.compile(r"\A%YAML:1\.0[ \t]*$|^---\s*\Z", re.MULTILINE)
+# OpenCV's first line and its tags, which are none of YAML's, and the last of an echoed ROS message.
+NO_YAML = re.compile(r"\A%YAML:1\.0[ \t]*$|!!opencv-[\w-]+|^---\s*\Z", re.MULTILINE)
 MERGE = "tag:yaml.org,2002:merge"
 # What PyYAML's constructors raise over tagged values that are none: !!float abc, 2020-13-45.
 NO_VALUES = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)

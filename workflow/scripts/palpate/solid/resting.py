@@ -115,12 +115,7 @@ class Table:
 
 
 def standing_table(
-    mesh: SolidMesh,
-    support: Support,
-    touch_m: NDArray,
-    *,
-    reach_m: float,
-    sticks: bool = True,
+    mesh: SolidMesh, support: Support, touch_m: NDArray, *, reach_m: float, sticks: bool = True
 ) -> Table:
     """Table at the lowest point of a solid.
 

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,9 +13,9 @@ from palpate.capture.importing.optics import NO_DISTORTION, coefficients, shorte
 from palpate.capture.importing.recording import named
 from palpate.config.model import problems
 from palpate.config.sensor import LONGEST_SHIFT_M, CameraSpec, rigid_fault
-from palpate.yaml_files import load_yaml, mismatch
+from palpate.yaml_files import NO_VALUES, is_file, load_yaml, mismatch
 
-OPENCV_MARK = b"opencv-matrix"
+FORMATS = "cam0 (Kalibr), camera_matrix (ROS, OpenCV) or M1 (OpenCV)"
 # Names of fields as `ros2 topic echo` prints a camera_info.
 ECHOED = {"k": "camera_matrix", "d": "distortion_coefficients", "p": "projection_matrix"}
 # Names under which OpenCV's own programs write a single camera's and a pair's matrices.
@@ -46,21 +46,39 @@ def read_optics(paths: Sequence[Path], size_px: tuple[int, int] | None = None) -
     ValueError
         If a file is none of these, or holds another lens than OpenCV's.
     """
-    if all(_is_opencv(path) for path in paths):
-        return _opencv(paths, size_px)
-    contents = []
-    for path in paths:
+    contents = [_content(path) for path in paths]
+    values = [value for content in contents for value in content.values()]
+    if any(isinstance(value, Mapping) and "dt" in value for value in values):
+        return _opencv(paths, contents, size_px)
+    for k, path in enumerate(paths):
         with named(path):
-            contents.append(content := _as_written(load_yaml(path)))
-            if not isinstance(content, Mapping) or not {"cam0", "camera_matrix"} & set(content):
-                expected = "cam0 (Kalibr), camera_matrix (ROS, OpenCV) or M1 (OpenCV)"
-                raise mismatch("file", expected, "none")
+            contents[k] = _as_written(contents[k])
+            if not {"cam0", "camera_matrix"} & set(contents[k]):
+                raise mismatch("file", FORMATS, "none")
     if "cam0" not in contents[0]:
         return _ros(paths, contents)
     if len(paths) > 1:
         raise mismatch(f"{paths[1]}: file", "one camchain.yaml", "another file")
     with named(paths[0]):
         return _kalibr(contents[0])
+
+
+def _content(path: Path) -> Mapping:
+    """Fields of a file: OpenCV's XML, or YAML, which its JSON is too."""
+    is_xml = is_file(path) and path.read_bytes()[:1] == b"<"
+    with named(path):
+        try:
+            content = _texts(ElementTree.parse(path).getroot()) if is_xml else load_yaml(path)
+        except (ElementTree.ParseError, *NO_VALUES) as error:
+            fault = f"file: expected XML, found none ({error})" if is_xml else error
+            raise ValueError(f"{fault} (copy or write it again?)") from None
+        if not isinstance(content, Mapping):
+            raise mismatch("file", FORMATS, "none")
+    return content
+
+
+def _texts(element: ElementTree.Element) -> dict[str, Any] | list[str]:
+    return {part.tag: _texts(part) for part in element} or (element.text or "").split()
 
 
 def _kalibr(content: Mapping) -> StatedOptics:
@@ -74,21 +92,19 @@ def _kalibr(content: Mapping) -> StatedOptics:
 
 
 def _kalibr_camera(block: Mapping, name: str) -> dict:
-    for field, known in (("camera_model", "pinhole"), ("distortion_model", "radtan")):
-        with named(name):
-            found = _at(block, field)
-        if found != known:
-            raise mismatch(f"{name}.{field}", known, found)
     with named(name):
+        for field, known in (("camera_model", "pinhole"), ("distortion_model", "radtan")):
+            if (found := _at(block, field)) != known:
+                raise mismatch(field, known, found)
         fx, fy, cx, cy = _numbers(block, "intrinsics", 4)
         distortion = _numbers(block, "distortion_coeffs", 4)
         size = _numbers(block, "resolution", 2)
         return _camera(size, [fx, 0, cx, 0, fy, cy, 0, 0, 1], distortion)
 
 
-def _as_written(content: Any) -> Any:
+def _as_written(content: Mapping) -> Mapping:
     """Content of a file of ROS, or of a camera_info as echoed."""
-    if not isinstance(content, Mapping) or not {"k", "K"} & set(content):
+    if not {"k", "K"} & set(content):
         return content
     plain = {str(name).lower(): value for name, value in content.items()}
     roi = plain.get("roi") if isinstance(plain.get("roi"), Mapping) else {}
@@ -127,66 +143,47 @@ def _ros(paths: Sequence[Path], contents: Sequence[Mapping]) -> StatedOptics:
 
 
 def _data(content: Mapping, name: str, count: int | None = None) -> list[float]:
-    """Numbers of a matrix as ROS writes it."""
+    """Numbers of a matrix as ROS writes it, or OpenCV."""
     block = _at(content, name)
     with named(name):
-        return _numbers(block, "data", count)
+        values = _numbers(block, "data", count)
+        names = ["sizes"] if "sizes" in block else ["rows", "cols"] if "dt" in block else []
+        sides = [side for one in names for side in _numbers(block, one)]
+        if sides and np.prod(sides) != len(values):
+            expected = " x ".join(f"{side:g}" for side in sides)
+            raise mismatch("data", f"{expected} numbers", len(values))
+    return values
 
 
-def _opencv(paths: Sequence[Path], size_px: tuple[int, int] | None) -> StatedOptics:
+def _opencv(
+    paths: Sequence[Path], contents: Sequence[Mapping], size_px: tuple[int, int] | None
+) -> StatedOptics:
     """One camera, or a pair's M1 D1 M2 D2 with R and T, over one or more files."""
     found: dict[str, Any] = {}
-    for path in paths:
-        stored = _stored(path)
+    for path, stored in zip(paths, contents, strict=True):
         if twice := sorted(set(stored) & set(found) & MATRICES):
             raise mismatch(f"{path}: {twice[0]}", "in one file", "in both")
         found |= stored
     with named(paths[0]):
         if {"image_width", "image_height"} <= set(found):
-            size_px = (found["image_width"], found["image_height"])
+            size_px = *_numbers(found, "image_width", 1), *_numbers(found, "image_height", 1)
         if size_px is None:
             expected = "the pictures' size in the file or by --size"
             raise mismatch("image_width, image_height", expected, "neither")
         names = PAIR_NAMES if "M1" in found else [n for n in SINGLE_NAMES if n[0] in found][:1]
         if not names:
-            raise mismatch("file", "camera_matrix or M1", ", ".join(found))
+            raise mismatch("file", "camera_matrix or M1", ", ".join(map(str, found)))
         cameras = []
         for K, D in names:
-            lens = _numbers(found, K, 9), _numbers(found, D)
+            lens = _data(found, K, 9), _data(found, D)
             with named(D):
                 cameras.append(_camera(size_px, *lens))
         if len(cameras) == 1:
             return StatedOptics(tuple(cameras))
         matrix = np.eye(4)
-        matrix[:3, :3] = np.reshape(_numbers(found, "R", 9), (3, 3))
-        matrix[:3, 3] = _numbers(found, "T", 3)
+        matrix[:3, :3] = np.reshape(_data(found, "R", 9), (3, 3))
+        matrix[:3, 3] = _data(found, "T", 3)
         return StatedOptics(tuple(cameras), _rigid({"R, T": matrix}, "R, T"))
-
-
-def _is_opencv(path: Path) -> bool:
-    """Whether a file is one of OpenCV's FileStorage; a missing one is reported later."""
-    try:
-        with path.open("rb") as stream:
-            return OPENCV_MARK in stream.read(1_000_000)
-    except OSError:
-        return False
-
-
-def _stored(path: Path) -> dict[str, Any]:
-    """Matrices and numbers at the top of a FileStorage."""
-    found = {}
-    try:
-        storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
-        for name in storage.root().keys():
-            node = storage.root().getNode(name)
-            if node.isMap():
-                found[name] = node.mat()
-            elif node.isInt() or node.isReal():
-                found[name] = node.real()
-    except (cv2.error, SystemError, UnicodeDecodeError):
-        with named(path):
-            raise mismatch("file", "OpenCV's YAML", "none") from None
-    return {name: value for name, value in found.items() if value is not None}
 
 
 def _camera(size: Sequence[float], K: Sequence[float], distortion: Sequence[float]) -> dict:
