@@ -143,17 +143,19 @@ def test_an_object_is_examined_as_a_whole(own, checked):
     ("tip_m", "count_m", "line"),
     [
         (0.01, 1e-3, "tip within 5 mm of the surface when the force begins, found it 10"),
+        (0, 2e-3, r"or depth.count_m: expected the board .*depth.count_m of 0.00.* for 0.002\?"),
+        (0, 1e-2, r"found 6.7. m in the middle \(depth.count_m 0.01\?\)"),
         (0, 1.02e-3, "the force begins, found 9.1 mm .*square_m, the optics or depths by"),
         pytest.param(-0.01, 1e-3, "found 8.2 mm .force_from_tip", marks=pytest.mark.long),
     ],
 )
-def test_what_only_alignment_and_first_contact_tell(own, devices, tip_m, count_m, line):
-    """A tip that is longer than stated, or shorter; depths that are 2 % too long."""
+def test_what_only_depths_alignment_and_first_contact_tell(own, devices, tip_m, count_m, line):
+    """A tip that is longer than stated, or shorter; depths that are too long."""
     sensors, probes = devices
     probes["bench_probe"]["force_from_tip"][2][3] += tip_m
     sensors["bench_cam"]["depth"] |= {"encoding": "counts", "count_m": count_m}
-    (found,) = examine_object(own, *devices).wrong
-    assert re.search(line, found), found
+    found = examine_object(own, *devices).wrong
+    assert re.search(line, found[0]), found
 
 
 def test_a_sensor_without_captures(own, devices):

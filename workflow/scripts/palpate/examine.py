@@ -273,7 +273,9 @@ def _depths(folder: Path, sensor: Mapping) -> Findings:
     typical, share = float(np.median(middle[known])), float(known.mean())
     if not low <= typical <= high:
         expected = f"{low:g} to {high:g} m (the sensor's range_m)"
-        found = f"{typical:.3g} m in the middle (what does a count stand for?)"
+        unit_m = sensor["depth"].get("count_m")
+        why = f"depth.count_m {unit_m:g}" if unit_m else "what does a count stand for"
+        found = f"{typical:.3g} m in the middle ({why}?)"
         return _seldom(place, expected, found, wrong=True)
     result = Findings(found=(f"depth is known in {share:.0%} of the middle, {typical:.2f} m",))
     if share < LEAST_DEPTH_SHARE:

@@ -101,9 +101,7 @@ def template_from_scans(
     return mesh
 
 
-def register(
-    views: Sequence[tuple[NDArray, NDArray]],
-) -> list[tuple[NDArray, NDArray]]:
+def register(views: Sequence[tuple[NDArray, NDArray]]) -> list[tuple[NDArray, NDArray]]:
     """Move all views but the first so that they agree where they overlap.
 
     Gauss-Newton on the point-to-plane distances of all pairs of views at once, so that no view

@@ -202,13 +202,16 @@ def _require_scale(distances_m: NDArray, sensor: Mapping, marker: Mapping, strea
     if 1 / largest <= scale <= largest:
         return
     side, things = ("square_m", "squares") if "square_m" in marker else ("tag_m", "tags")
-    color, side_m = sensor["color"], marker[side]
+    color, side_m, field = sensor["color"], marker[side], f"marker.{side}"
+    counts = "another count of depth than the sensor's encoding says"
+    if unit_m := sensor.get("depth", {}).get("count_m"):
+        field += " or depth.count_m"
+        counts = f"depth.count_m of {unit_m * scale:.3g} for {unit_m:g}"
     raise ValueError(
-        f"marker.{side}: expected the board {by_stream:.3f} m away, where {stream} shows it,"
+        f"{field}: expected the board {by_stream:.3f} m away, where {stream} shows it,"
         f" found it at {by_corners:.3f} m by its corners ({things} of {side_m / scale:.3g} m"
         f" for {side_m:g}? images of another size than {color['width_px']} x {color['height_px']}"
-        f" px with fx_px {color['fx_px']:g}? another count of depth than the sensor's encoding"
-        " says?)"
+        f" px with fx_px {color['fx_px']:g}? {counts}?)"
     )
 
 

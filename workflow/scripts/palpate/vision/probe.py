@@ -39,11 +39,7 @@ def marker_from_tip(probe: Mapping) -> NDArray:
 
 
 def track_probe(
-    images: Iterable[NDArray],
-    time_s: NDArray,
-    sensor: Mapping,
-    probe: Mapping,
-    options: ProbePose,
+    images: Iterable[NDArray], time_s: NDArray, sensor: Mapping, probe: Mapping, options: ProbePose
 ) -> pd.DataFrame:
     """Follow the probe through a capture.
 

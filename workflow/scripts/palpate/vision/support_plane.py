@@ -58,7 +58,8 @@ def fit_support_plane(
     """
     name, count = "background depth" if empty else "first cloud", len(points_m)
     if count < FEWEST_POINTS:
-        raise ValueError(f"{name}: expected at least {FEWEST_POINTS} points, found {count}")
+        why = " (the sensor's range_m, depth.count_m or cloud.unit?)" * empty
+        raise ValueError(f"{name}: expected at least {FEWEST_POINTS} points, found {count}{why}")
 
     def near(points: NDArray, plane: NDArray, distances: int = 1) -> NDArray:
         return np.abs(height_above(plane, points)) < distances * inlier_distance_m
