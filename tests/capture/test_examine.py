@@ -191,6 +191,7 @@ def test_a_check_from_within_the_objects_folder(block, root, said, monkeypatch):
 
 SENSOR = {
     "kind": "depth",
+    "frame_rate_hz": 10,
     "range_m": [0.5, 1.5],
     "color": {"encoding": "mono8"},
     "depth": {"encoding": "millimetre"},
@@ -219,6 +220,8 @@ def test_gaps_between_frames(tmp_path):
     assert even.found[0] == "4 frames over 0.70 s (5.0 Hz), 60 x 40 px" and not even.warnings
     (line,) = examine_frames(folder_of(tmp_path, grey(), times=[0, 0.2, 0.4, 1.2]), SENSOR).warnings
     assert line.endswith("time_s: expected frames about 0.200 s apart, found a gap of 0.80 s")
+    (line,) = examine_frames(folder_of(tmp_path, grey(), times=[0, 0.05, 0.1]), SENSOR).warnings
+    assert line.endswith("at most 10 Hz (the sensor's frame_rate_hz), found 20.0 Hz")
 
 
 @pytest.mark.parametrize(("level", "fine"), [(14, False), (15, True), (240, True), (241, False)])

@@ -6,6 +6,7 @@ This looks at what they hold: template, board, force, depth.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -48,8 +49,8 @@ DARKEST, BRIGHTEST, BLACK = 15, 240, 1
 # Grey levels that tell a thing from the background, and parts of the picture it takes.
 CHANGED, BLUR_PX = 20, 7
 LEAST_CHANGED, MOST_CHANGED, ALL_CHANGED = 0.003, 0.6, 0.95
-# Times the usual time between frames.
-LONGEST_GAP = 3.0
+# Times the usual time between frames, and times the camera's rate (some keep each nth frame only).
+LONGEST_GAP, FASTEST = 3.0, 1.2
 LEAST_DEPTH_SHARE = 0.3
 
 
@@ -99,8 +100,9 @@ def examine_object(
             opened = [Capture(path, spec, placed, probe) for path in place.captures]
             # Of scans a run makes the template.
             to_align = "file" in spec["template"] and not template.wrong
-            of = config or Config(), optics_of(place.folder.name)
-            result += _sensor(place, checked.right, opened, *of, to_align=to_align)
+            of = {"config": config or Config(), "optics": optics_of(place.folder.name)}
+            look = partial(_capture, **of, to_align=to_align)
+            result += _sensor(place, checked.right, opened, look)
     return result
 
 
@@ -123,22 +125,15 @@ def _curves(folder: Path, spec: Mapping, probe: Mapping | None) -> Findings:
 
 
 def _sensor(
-    place: SensorFolder,
-    right: frozenset[Path],
-    captures: Sequence[Capture],
-    config: Config,
-    optics: Path | None,
-    *,
-    to_align: bool,
+    place: SensorFolder, right: frozenset[Path], captures: Sequence[Capture], look: Callable
 ) -> Findings:
     """Look into one sensor's background and captures, as far as they are right by their format."""
     if not captures:
         return Findings((f"{place.folder}: folder: expected captures, found none",))
     result = Findings()
-    how = {"has_background": captures[0].background in right, "to_align": to_align}
     for capture in captures:
         if capture.folder in right:
-            result += _capture(capture, config, optics, **how)
+            result += look(capture, has_background=capture.background in right)
     # What is wrong with a background comes up with each of its captures.
     return replace(result, wrong=tuple(dict.fromkeys(result.wrong)))
 
@@ -151,9 +146,8 @@ def _capture(
         found += examine_frames(folder, capture.sensor)
         if has_background:
             press = press_of(capture, config, optics)
-            least = config.hertz.onset_force_n
             found += examine_scene(folder, capture.background, capture.sensor)
-            force_onset(press.sizes_n, onset_force_n=least)
+            force_onset(press.sizes_n, onset_force_n=config.hertz.onset_force_n)
             found += _press(capture, press, config)
             if to_align:
                 found += _place(capture, align(press))
@@ -218,9 +212,10 @@ def examine_frames(folder: Path, sensor: Mapping) -> Findings:
     if sensor["kind"] == "cloud":
         count, seen = (len(one.points_m) for one in (first, scene_cloud({"cloud": first}, sensor)))
         kind = f"points with{'' if first.normals is not None else 'out'} normals"
-        return _timing(folder, f"{count} {kind}, {seen / count:.0%} of them in range")
+        return _timing(folder, sensor, f"{count} {kind}, {seen / count:.0%} of them in range")
     first = grey(first)
-    found, level = _timing(folder, f"{first.shape[1]} x {first.shape[0]} px"), float(first.mean())
+    found = _timing(folder, sensor, f"{first.shape[1]} x {first.shape[0]} px")
+    level = float(first.mean())
     if not DARKEST <= level <= BRIGHTEST:
         expected = f"grey levels of {DARKEST} to {BRIGHTEST} on average"
         found += _seldom(f"{folder}: frames", expected, f"{level:.0f}", wrong=level < BLACK)
@@ -250,15 +245,17 @@ def _seldom(place: str, expected: str, found: str, *, wrong: bool = False) -> Fi
     return Findings((line,)) if wrong else Findings(warnings=(line,))
 
 
-def _timing(folder: Path, size: str) -> Findings:
+def _timing(folder: Path, sensor: Mapping, size: str) -> Findings:
     time = read_frames(folder)["time_s"].to_numpy(float)
-    steps = np.diff(time)
-    usual, longest = float(np.median(steps)), float(steps.max())
+    steps, place = np.diff(time), f"{folder / FRAMES}: time_s"
+    usual, longest, most_hz = float(np.median(steps)), float(steps.max()), sensor["frame_rate_hz"]
     rate = f"{len(time)} frames over {time[-1] - time[0]:.2f} s ({1 / usual:.1f} Hz)"
     found = Findings(found=(f"{rate}, {size}",))
     if longest > LONGEST_GAP * usual:
-        expected, gap = f"frames about {usual:.3f} s apart", f"a gap of {longest:.2f} s"
-        found += _seldom(f"{folder / FRAMES}: time_s", expected, gap)
+        found += _seldom(place, f"frames about {usual:.3f} s apart", f"a gap of {longest:.2f} s")
+    if 1 / usual > FASTEST * most_hz:
+        expected = f"at most {most_hz:g} Hz (the sensor's frame_rate_hz)"
+        found += _seldom(place, expected, f"{1 / usual:.1f} Hz")
     return found
 
 
