@@ -9,16 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from instruments import (
-    DEPTH_M,
-    E_STAR_PA,
-    FORCE_N,
-    MANNERS,
-    PLAIN,
-    RADIUS_M,
-    indentation,
-    written,
-)
+from instruments import DEPTH_M, E_STAR_PA, FORCE_N, MANNERS, PLAIN, RADIUS_M, indentation, written
 from palpate import hertz
 from palpate.__main__ import main
 from palpate.capture.check import check_object

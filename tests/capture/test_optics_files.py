@@ -90,18 +90,15 @@ def echo(model, lens):
     return ECHO.replace("MODEL", model).replace("COEFFICIENTS", str(lens))
 
 
-def opencv_single(K, D):
-    return opencv(**{K: PAIR["M1"], D: PAIR["D1"]}) + "image_width: 640\nimage_height: 480\n"
-
-
+SIDES = "image_width: 640\nimage_height: 480\n"
+CAMELS = opencv(cameraMatrix=PAIR["M1"], distCoeffs=PAIR["D1"]) + SIDES
 SHORT = [-0.25, 0.08, 0.0, 0.0, 0.0]
 SINGLE = {
     "Kalibr": (KALIBR.split("cam1")[0], 752, 460.3, [-0.27, 0.06, 0.0008, 0.0003, 0.0]),
     "ROS": (ROS.format("0"), 640, 522.0, SHORT),
     "echoed": (echo("plumb_bob", [0.1, 0.2, 0, 0, 0.3]), 1280, 908.5, [0.1, 0.2, 0, 0, 0.3]),
     "echoed with eight": (echo("rational_polynomial", [0.1] * 8), 1280, 908.5, [0.1] * 8),
-    "OpenCV": (opencv_single("camera_matrix", "distortion_coefficients"), 640, 522.0, SHORT),
-    "OpenCV's camels": (opencv_single("cameraMatrix", "distCoeffs"), 640, 522.0, SHORT),
+    "OpenCV's camels": (CAMELS, 640, 522.0, SHORT),
 }
 
 

@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 from floor import floor
 from palpate.estimate.direct.table import force_table
-from palpate.solid.indentation_setup import (
-    IndentationOptions,
-    IndentationSetup,
-    indentation_setup,
-)
+from palpate.solid.indentation_setup import IndentationOptions, IndentationSetup, indentation_setup
 from palpate.solid.indenting import State
 from palpate.solid.laws import LAW_NAMES
 from palpate.solid.load_steps import drawn_surface, indentation_model, steps

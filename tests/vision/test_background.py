@@ -13,13 +13,7 @@ from palpate.vision.background import (
     load_model,
     save_model,
 )
-from palpate.vision.foreground import (
-    Classifier,
-    camera_shift,
-    load_masks,
-    masks_of,
-    save_masks,
-)
+from palpate.vision.foreground import Classifier, camera_shift, load_masks, masks_of, save_masks
 from palpate.vision.options import Background
 
 OPTIONS = Background(alpha_low=0.55, alpha_high=1.25, smallest_blob_px=100)
