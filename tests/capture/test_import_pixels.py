@@ -30,7 +30,7 @@ from import_help import (
 )
 from palpate.capture.images import read_image
 from palpate.capture.importing.optics import coefficients
-from palpate.vision.clouds import scene_points
+from palpate.vision.clouds import scene_cloud
 
 
 def test_registered_depth_and_rectified_images(film, target, tmp_path):
@@ -69,7 +69,7 @@ def test_a_plane_is_where_it_stood(metres, target, tmp_path):
     spec = read_spec(tmp_path)
     image = read_image(target / "depth/000000.png", "millimetre")
     assert not image[10:20, 10:20].any()
-    points = scene_points({"depth": image}, spec)
+    points = scene_cloud({"depth": image}, spec).points_m
     assert len(points) == 96 * 128 - 100
     color_from_depth = np.array(spec["depth"]["color_from_depth"])
     turned = color_from_depth[:3, :3] @ normal

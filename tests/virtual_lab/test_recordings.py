@@ -10,7 +10,7 @@ from palpate.capture.images import read_image
 from palpate.capture.poses import POSES, read_poses
 from palpate.open3d_core import o3d
 from palpate.vision.camera import camera_from_spec
-from palpate.vision.clouds import scene_points
+from palpate.vision.clouds import scene_cloud
 from virtual_lab.motion import Operator
 from virtual_lab.poses import record_poses
 from virtual_lab.probe import make_probe
@@ -167,4 +167,4 @@ def test_sensors_share_what_the_kinect_records(rig, files_of, spec, steps, probe
     for frame, name in enumerate(pd.read_csv(tmp_path / "kinect_cloud/frames.csv")["cloud"]):
         points = o3d.io.read_point_cloud(str(tmp_path / "kinect_cloud" / name)).points
         depth = read_image(tmp_path / f"kinect/depth/{frame:06d}.png", sensor["depth"]["encoding"])
-        assert np.allclose(points, scene_points({"depth": depth}, sensor), atol=1e-6)
+        assert np.allclose(points, scene_cloud({"depth": depth}, sensor).points_m, atol=1e-6)

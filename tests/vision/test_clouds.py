@@ -16,7 +16,7 @@ from palpate.vision.clouds import (
     clouds_of,
     in_mask,
     object_cloud,
-    scene_points,
+    scene_cloud,
     table_of,
 )
 from palpate.vision.options import Clouds, SupportPlane
@@ -107,7 +107,7 @@ def test_clouds_and_table_are_those_of_depth_images(turn, eye, tmp_path):
         (folder := tmp_path / name).mkdir()
         counts, mask = scene(*tops)
         write_image(folder / "0.png", counts, "counts")
-        points = scene_points({"depth": counts}, DEPTH) @ turn.T + eye
+        points = scene_cloud({"depth": counts}, DEPTH).points_m @ turn.T + eye
         cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
         o3d.io.write_point_cloud(str(folder / "0.ply"), cloud)
         files = {"color": "0.png", "depth": "0.png", "cloud": "0.ply"}
@@ -133,7 +133,7 @@ def test_clouds_and_table_are_those_of_depth_images(turn, eye, tmp_path):
 
 
 def test_a_floor_below_the_table_makes_it_ambiguous():
-    points = scene_points({"depth": scene(OBJECT)[0]}, DEPTH)
+    points = scene_cloud({"depth": scene(OBJECT)[0]}, DEPTH).points_m
     both = np.concatenate([points, 1.5 * points[::2]])
     with pytest.raises(ValueError, match="one 0.300 m below it .*which is the table.*a background"):
         fit_support_plane(both, inlier_distance_m=0.004, rng=np.random.default_rng(0), empty=False)

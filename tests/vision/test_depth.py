@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from palpate.vision.camera import camera_from_spec
-from palpate.vision.clouds import scene_points
+from palpate.vision.clouds import scene_cloud
 from palpate.vision.depth import stereo_depth, stereo_disparity
 
 
@@ -21,7 +21,7 @@ def test_points_of_a_depth_image_lie_in_the_colour_cameras_frame(sensors, encodi
     metres = [584.6213 * 0.075 / disparity for disparity in (62.5, 50.0, 120.0, 20.0)]
     for place, count, z in zip(places, counts, metres, strict=True):
         image[place] = count if kinect else round(1e3 * z)
-    found = scene_points({"depth": image}, sensor)
+    found = scene_cloud({"depth": image}, sensor).points_m
     expected = []
     for (row, column), z in zip(places[:2], metres, strict=False):
         z = z if kinect else round(z, 3)
@@ -37,7 +37,7 @@ def test_points_of_a_stereo_pair_lie_in_the_left_cameras_frame(sensors):
     left, right = rendered_pair(np.full((120, 500), 100.5))
     wanted = np.zeros((120, 500), bool)
     wanted[50:70, 250:270] = True
-    points = scene_points({"left": left, "right": right}, sensor, wanted)
+    points = scene_cloud({"left": left, "right": right}, sensor, wanted).points_m
     optics = sensor["color"]
     z = optics["fx_px"] * sensor["stereo"]["baseline_m"] / 100.5
     assert np.median(points[:, 2]) == pytest.approx(z, rel=1e-3)

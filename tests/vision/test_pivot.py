@@ -9,7 +9,6 @@ from palpate.vision.pivot import (
     LARGEST_STD_M,
     find_pivot,
     fit_pivot,
-    recorded_pivot,
     stated_covariance,
 )
 from palpate.vision.pose import candidate_poses, settle
@@ -180,7 +179,7 @@ def test_deviations_hold_over_cameras(sensors, board, color):
     for draw in range(40):
         real = drawn_camera(SIZES, draw, sensors)
         poses = read(seen(real, board, NOISE_PX, rng), stated, board)
-        with_optics.append(normalised(recorded_pivot(poses, FRAME_NAMES, board, color)))
+        with_optics.append(normalised(find_pivot(poses, FRAME_NAMES, board, color)))
         alone.append(normalised(find_pivot(poses, FRAME_NAMES)))
     # Of 40 draws with three degrees of freedom the mean's own deviation is 0.13.
     assert np.mean(with_optics) == pytest.approx(1, abs=0.35)
@@ -211,8 +210,7 @@ def test_a_tip_that_slides_under_optics_that_are_wrong(by_wrong_optics, begins, 
 
 def test_a_longer_recording_determines_the_optics_no_better(board, color):
     short, long = (
-        recorded_pivot(turned_handle(frames=count), range(count), board, color)
-        for count in (100, 400)
+        find_pivot(turned_handle(frames=count), range(count), board, color) for count in (100, 400)
     )
     assert long.optics_std_m == pytest.approx(short.optics_std_m, rel=0.05)
     noise = [found.covariance - found.optics_covariance for found in (short, long)]
@@ -230,14 +228,13 @@ def test_calibrated_optics_have_the_covariance_of_the_calibration(sensors, board
     assert "covariance" not in known["depth"]
     poses = turned_handle(frames=FRAMES)
     of_file, of_calibration = (
-        recorded_pivot(poses, FRAME_NAMES, board, spec).optics_std_m
-        for spec in (color, known["color"])
+        find_pivot(poses, FRAME_NAMES, board, spec).optics_std_m for spec in (color, known["color"])
     )
     assert of_calibration == pytest.approx(of_file / 2)
 
 
 def test_optics_that_alone_hide_a_tip_need_a_calibration(board, color):
     bad = color | {"covariance": (16 * stated_covariance(camera_from_spec(color))).tolist()}
-    found = recorded_pivot(turned_handle(frames=FRAMES), FRAME_NAMES, board, bad)
+    found = find_pivot(turned_handle(frames=FRAMES), FRAME_NAMES, board, bad)
     assert found.optics_std_m > LARGEST_STD_M
     assert found.verdict.endswith("are the optics' alone: calibrate the camera")

@@ -9,7 +9,7 @@ from palpate.vision.follow import board_followed
 from palpate.vision.marker import board_of
 from palpate.vision.options import Force, ProbePose, SupportPlane
 from palpate.vision.payload import find_payload
-from palpate.vision.pivot import find_pivot, recorded_pivot
+from palpate.vision.pivot import find_pivot
 from palpate.vision.probe import marker_transforms
 from palpate.vision.probe_recordings import BASE_UP, static_poses, tracked_table
 from palpate.workflow.job import naming, run
@@ -39,7 +39,7 @@ def tip(film, sensor, probe, poses, params):
         found = find_pivot(marker_transforms(poses), names, by_camera=False)
     else:
         board = board_of(probe["marker"])
-        found = recorded_pivot(marker_transforms(poses), names, board, sensor["color"])
+        found = find_pivot(marker_transforms(poses), names, board, sensor["color"])
     return found.fields(names, probe["probe"])
 
 

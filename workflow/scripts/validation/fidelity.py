@@ -16,7 +16,7 @@ from palpate.open3d_core import ClosestPoints
 from palpate.report import outputs, style
 from palpate.surface.template import read_template
 from palpate.units import MILLIMETRES, PERCENT
-from palpate.vision.clouds import scene_points
+from palpate.vision.clouds import scene_cloud
 from validation.sensors import at_selected_threshold
 
 TITLE = "The lab's errors beside those of real devices"
@@ -43,7 +43,7 @@ def make_plane_noise(inputs: Any, params: Any) -> dict:
     rows = []
     for plane in read_table(folder / "planes.csv")["plane"]:
         frames = list(all_streams(folder / f"{int(plane):02d}", sensor))
-        found = [plane_residual(scene_points(images, sensor)) for images in frames]
+        found = [plane_residual(scene_cloud(images, sensor).points_m) for images in frames]
         depth, residual = np.mean(found, axis=0)
         row = {"depth_m": depth, "residual_m": residual, "step_m": _depth_step(frames[0], sensor)}
         rows.append(row)

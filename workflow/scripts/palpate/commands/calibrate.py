@@ -32,7 +32,7 @@ from palpate.vision.hand_eye import recorded_hand_eye
 from palpate.vision.marker import board_of
 from palpate.vision.options import Force, ProbePose
 from palpate.vision.payload import BIAS_N, BIAS_NM, CENTRE, Payload, find_payload
-from palpate.vision.pivot import Pivot, find_pivot, recorded_pivot
+from palpate.vision.pivot import Pivot, find_pivot
 from palpate.vision.probe import marker_from_tip, marker_transforms
 from palpate.vision.probe_recordings import (
     BASE_UP,
@@ -120,7 +120,7 @@ def _tip(options: argparse.Namespace, probe: Mapping) -> Found:
             found = find_pivot(poses, names, by_camera=False)
         else:
             board, sensor = board_of(probe["marker"]), _sensor(options)
-            found = recorded_pivot(poses, names, board, sensor["color"])
+            found = find_pivot(poses, names, board, sensor["color"])
     else:
         names, poses, lost = stated_poses(source, options.unit)
         found = find_pivot(poses, names)

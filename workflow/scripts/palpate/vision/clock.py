@@ -12,6 +12,8 @@ from scipy.linalg import solve_banded
 from scipy.optimize import OptimizeResult, least_squares, nnls
 from scipy.signal import lfilter
 
+from palpate.vision.force import block_mean
+
 # A soft object's force is F = k x^1.5 (1 + c x), Hertz's law and its first departure, relaxing with
 # two times [s]; what the departures may be [1/m], [-], [N].
 CURVATURE_STD_PER_M = 50.0
@@ -140,11 +142,7 @@ def clock_offset(
 
 
 def _determined(record: "_Record", prior_std_s: float) -> bool:
-    """Whether offsets that fit alike are 0.3 s at most, a likely one among them.
-
-    The depths of frames in contact are explained by the force that the record has at their times,
-    elastic or relaxing; those in the air are anywhere above the contact.
-    """
+    """Whether offsets that fit alike are 0.3 s at most, a likely one among them."""
     # The right offset is between two steps.
     moved_m = SEARCH_STEP_S / np.sqrt(12) * np.gradient(record.depth_m, record.frame_time_s)
     record = replace(record, depth_std_m=np.hypot(record.depth_std_m, moved_m))
@@ -183,10 +181,7 @@ def _determined(record: "_Record", prior_std_s: float) -> bool:
 
 
 def _followed(record: "_Record", time_s: NDArray, shapes: NDArray) -> tuple[float, int, float]:
-    """How well the depths follow the force that the record has at some times (n,).
-
-    Squares of what it leaves, in deviations; degrees of freedom; correlation.
-    """
+    """Squares of what the force at some times (n,) leaves of the depths, freedom, correlation."""
     force_n = np.interp(time_s, record.time_s, record.force_n, left=np.nan, right=np.nan)
     least_n = PRESSED_DEVIATIONS * record.noise_n
     pressed = force_n > least_n
@@ -265,32 +260,24 @@ class _Record:
     def between_frames(self) -> "_Record":
         """Samples between the first and the last frame: of many, means of a few each."""
         between = (self.time_s > self.frame_time_s[0]) & (self.time_s < self.frame_time_s[-1])
-        few = -(-np.count_nonzero(between) // MOST_SAMPLES)
-        samples = np.stack([self.time_s[between], self.force_n[between]])
-        if few > 1:
-            samples = samples[:, : samples.shape[1] // few * few].reshape(2, -1, few).mean(axis=2)
-        noise_n = np.diff(samples[1]).std() / np.sqrt(2) if samples.shape[1] > 1 else 0.0
-        noise_n = max(noise_n, SMALLEST_NOISE_N)
-        return replace(self, time_s=samples[0], force_n=samples[1], noise_n=noise_n)
+        few = max(1, -(-np.count_nonzero(between) // MOST_SAMPLES))
+        time_s, force_n = (block_mean(of[between], few) for of in (self.time_s, self.force_n))
+        noise_n = np.diff(force_n).std() / np.sqrt(2) if force_n.size > 1 else 0.0
+        return replace(self, time_s=time_s, force_n=force_n, noise_n=max(noise_n, SMALLEST_NOISE_N))
 
     def unsure_of(self, parameters: NDArray) -> NDArray:
-        """By how much a path of straight lines between the frames makes other forces, (m,) [N].
-
-        Where a loading begins or ends between two frames the smooth path is wrong by as much.
-        """
+        """By how much a path of straight lines between the frames makes other forces, (m,) [N]."""
+        # Where a loading begins or ends between two frames the smooth path is wrong by as much.
         shared, errors = parameters[:SHARED], parameters[SHARED:]
         return np.abs(self._force(shared, errors, smooth=False) - self._force(shared, errors))
 
-    def starts(self) -> list[NDArray]:
-        """Parameters for guesses of the contact's place."""
-        starts = []
-        for part in CONTACT_GUESSES:
-            contact_m = self.depth_m.min() + part * np.ptp(self.depth_m)
-            deepest = max(self.depth_m.max() - contact_m, SCALE_M)
-            stiffness = np.log(max(self.force_n.max(), SMALLEST_FORCE_N) / deepest**1.5)
-            start = np.zeros(SHARED + len(self.depth_m))
-            start[[1, 2]] = stiffness, contact_m / SCALE_M
-            starts.append(start)
+    def starts(self) -> NDArray:
+        """Parameters for guesses of the contact's place, (k, 6 + n)."""
+        contacts_m = self.depth_m.min() + np.array(CONTACT_GUESSES) * np.ptp(self.depth_m)
+        deepest_m = np.maximum(self.depth_m.max() - contacts_m, SCALE_M)
+        starts = np.zeros((len(contacts_m), SHARED + len(self.depth_m)))
+        starts[:, 1] = np.log(max(self.force_n.max(), SMALLEST_FORCE_N) / deepest_m**1.5)
+        starts[:, 2] = contacts_m / SCALE_M
         return starts
 
     def fit(self, start: NDArray, prior_std_s: float) -> OptimizeResult:

@@ -131,23 +131,21 @@ def probe_places(
     total, excess = half.sum(), half @ half - exclusion["board_radius_m"] ** 2
     margin = (np.sqrt(max(total**2 - 2 * excess, 0.0)) - total) / 2
     x, y = half + max(margin, 0.0)
-    corners = centre + np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
+    around = np.array([[0, 0, 0], [-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
     transforms = marker_transforms(poses)
-    boards = transforms[:, :3, :3] @ centre + transforms[:, :3, 3]
-    sheets = corners @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3]
-    rows = zip(*path, boards, sheets, strict=True)
+    turned = (centre + around) @ transforms[:, :3, :3].swapaxes(1, 2)
+    places = turned + transforms[:, None, :3, 3]
+    rows = zip(*path, places[:, 0], places[:, 1:], strict=True)
     return [ProbePlace(*row, exclusion, eye_m) for row in rows]
 
 
-def scene_points(
-    images: Mapping[str, NDArray], sensor: Mapping, wanted: NDArray | None = None
-) -> NDArray:
+def scene_cloud(images: Mapping, sensor: Mapping, wanted: NDArray | None = None) -> Cloud:
     """All points that one frame's images give, whatever they belong to.
 
     Parameters
     ----------
     images : mapping
-        ``left`` and ``right``, or ``depth``, as `palpate.capture` reads them.
+        ``left`` and ``right``, ``depth`` or ``cloud``, as `palpate.capture` reads them.
     sensor : mapping
         The sensor's file.
     wanted : (h, w) bool array, optional
@@ -155,43 +153,35 @@ def scene_points(
 
     Returns
     -------
-    (n, 3) array
-        Points in the frame of the reference camera [m], within the sensor's range.
-    """
-    if sensor["kind"] == "stereo":
-        depth_m = stereo_depth(images["left"], images["right"], sensor, wanted)
-        return _deprojected(depth_m, sensor["color"], sensor["range_m"])
-    spec = sensor["depth"]
-    points = _deprojected(depth_of(images["depth"], spec), spec, sensor["range_m"])
-    color_from_depth = np.array(spec["color_from_depth"])
-    return points @ color_from_depth[:3, :3].T + color_from_depth[:3, 3]
-
-
-def _deprojected(depth_m: NDArray, spec: Mapping, range_m: tuple) -> NDArray:
-    flat = depth_m.ravel()
-    valid = (flat >= range_m[0]) & (flat <= range_m[1])
-    return pixel_rays(camera_from_spec(spec))[valid] * flat[valid, None]
-
-
-def scene_cloud(images: Mapping, sensor: Mapping, wanted: NDArray | None = None) -> Cloud:
-    """Like `scene_points`, of clouds too, whose normals are kept where their files have them.
+    Cloud
+        In the frame of the reference camera [m], within the sensor's range; with normals where the
+        file of a cloud has them.
 
     Raises
     ------
     ValueError
         If all points of a cloud are nearer or farther than the sensor's range.
     """
-    if sensor["kind"] != "cloud":
-        return Cloud(scene_points(images, sensor, wanted))
-    away_m = np.linalg.norm(images["cloud"].points_m - viewpoint_of(sensor), axis=1)
     nearest_m, farthest_m = sensor["range_m"]
-    found = images["cloud"].at((away_m >= nearest_m) & (away_m <= farthest_m))
-    if not len(found.points_m):
+    if sensor["kind"] == "cloud":
+        away_m = np.linalg.norm(images["cloud"].points_m - viewpoint_of(sensor), axis=1)
+        found = images["cloud"].at((away_m >= nearest_m) & (away_m <= farthest_m))
+        if len(found.points_m):
+            return found
         raise ValueError(
             f"cloud: expected points {nearest_m:g} to {farthest_m:g} m from the camera (range_m),"
             f" found them {np.median(away_m):.3g} m away (is their unit {sensor['cloud']['unit']}?)"
         )
-    return found
+    if sensor["kind"] == "stereo":
+        spec = sensor["color"]
+        depth_m = stereo_depth(images["left"], images["right"], sensor, wanted).ravel()
+    else:
+        spec = sensor["depth"]
+        depth_m = depth_of(images["depth"], spec).ravel()
+    valid = (depth_m >= nearest_m) & (depth_m <= farthest_m)
+    points = pixel_rays(camera_from_spec(spec))[valid] * depth_m[valid, None]
+    color_from_camera = np.array(spec.get("color_from_depth", np.eye(4)))
+    return Cloud(points @ color_from_camera[:3, :3].T + color_from_camera[:3, 3])
 
 
 def table_of(folder: str | Path, sensor: Mapping, options: SupportPlane, *, seed: int) -> NDArray:
@@ -214,13 +204,11 @@ def table_of(folder: str | Path, sensor: Mapping, options: SupportPlane, *, seed
     return np.append(normal, plane[3] - normal @ eye_m)
 
 
-def background_points(
-    folder: str | Path, sensor: Mapping, plane: NDArray, options: Clouds
-) -> NDArray:
+def _background(folder: Path, sensor: Mapping, reach: Reach, options: Clouds) -> NDArray:
     """What a background's clouds hold above the table, thinned, (n, 3) [m]; none without one."""
-    frames = all_streams(folder, sensor) if Path(folder).is_dir() else ()
+    frames = all_streams(folder, sensor) if folder.is_dir() else ()
     each = (scene_cloud(images, sensor).points_m for images in frames)
-    high = [points[height_above(plane, points) > options.lowest_m] for points in each]
+    high = [points[height_above(reach.plane, points) > options.lowest_m] for points in each]
     every = o3d.utility.Vector3dVector(np.concatenate([np.zeros((0, 3)), *high]))
     return np.asarray(o3d.geometry.PointCloud(every).voxel_down_sample(options.voxel_m).points)
 
@@ -260,22 +248,20 @@ def clouds_of(
     """
     places = probe_places(poses, probe, viewpoint_of(sensor))
     if masks is None:
-        beside = Path(folder).parent / BACKGROUND
-        known = cKDTree(background_points(beside, sensor, reach.plane, options))
-    else:
-        camera = camera_from_spec(sensor["color"])
+        known = cKDTree(_background(Path(folder).parent / BACKGROUND, sensor, reach, options))
     chosen = range(len(poses)) if frames is None else frames
     for k, images in zip(chosen, all_streams(folder, sensor, chosen), strict=True):
+        mask = None if masks is None else masks[k]
         try:
-            scene = scene_cloud(images, sensor, None if masks is None else masks[k])
+            scene = scene_cloud(images, sensor, mask)
             if not len(scene.points_m):
                 away = "{:g} to {:g} m away".format(*sensor["range_m"])
                 raise ValueError(f"depth: expected points {away}, found none")
-            if masks is None:
-                nearest = known.query(scene.points_m, distance_upper_bound=options.lowest_m)
-                new = np.isinf(nearest[0])
+            if mask is None:
+                near_m, _ = known.query(scene.points_m, distance_upper_bound=options.lowest_m)
+                new = np.isinf(near_m)
             else:
-                new = in_mask(scene.points_m, masks[k], camera)
+                new = in_mask(scene.points_m, mask, camera_from_spec(sensor["color"]))
             cloud = object_cloud(scene.at(new), places[k], reach, options)
         except ValueError as error:
             raise ValueError(f"{folder}: frame {k}: {error}") from error

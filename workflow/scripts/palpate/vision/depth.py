@@ -104,7 +104,7 @@ def _focal_baseline(sensor: Mapping) -> float:
 
 def _search_range(sensor: Mapping) -> tuple[int, int]:
     """First disparity and number of disparities (a multiple of 16) for the sensor's range."""
-    nearest_px, farthest_px = (_focal_baseline(sensor) / end_m for end_m in sensor["range_m"])
+    nearest_px, farthest_px = _focal_baseline(sensor) / np.array(sensor["range_m"])
     first = int(farthest_px)
     return first, int(np.ceil((nearest_px - first) / SEARCH_STEP)) * SEARCH_STEP
 
@@ -143,25 +143,18 @@ def _matched_both_ways(
 def _matched(
     matcher: cv2.StereoMatcher, left: NDArray, right: NDArray, first: int, margin: int
 ) -> NDArray:
-    """Disparity of the left image [px], NaN where nothing matches.
-
-    The matcher drops columns that its range can't reach; a margin keeps them.
-    """
-    wide = [
-        cv2.copyMakeBorder(image, 0, 0, margin, 0, cv2.BORDER_REPLICATE) for image in (left, right)
-    ]
+    """Disparity of the left image [px], NaN where nothing matches."""
+    # The matcher drops columns that its range can't reach.
+    wide = (np.pad(image, ((0, 0), (margin, 0)), "edge") for image in (left, right))
     raw = matcher.compute(*wide)[:, margin:]
     return np.where(raw >= first * SUBPIXELS, raw / np.float32(SUBPIXELS), np.float32(np.nan))
 
 
 def _refined(left: NDArray, right: NDArray, disparity: NDArray, window_px: int) -> NDArray:
-    """Disparity by least squares of grey values over windows that follow the surface [px].
-
-    Matchers favour whole pixels, and windows of constant disparity blur what is slanted. Here the
-    right image is warped by the plane through each window's disparities, and the rest is found as
-    by Lucas and Kanade (1981), with both images' mean gradient (Benhimane and Malis 2004). NaN
-    also where a window holds more than one surface.
-    """
+    """Disparity by least squares of grey values over windows that follow one surface [px]."""
+    # Matchers favour whole pixels, and windows of constant disparity blur what is slanted. So the
+    # right image is warped by the plane through each window's disparities, and the rest found as by
+    # Lucas and Kanade (1981), with both images' mean gradient (Benhimane and Malis 2004).
     valid = np.isfinite(disparity)
     matched = np.where(valid, disparity, 0).astype(np.float32)
 
@@ -192,13 +185,9 @@ def _offset(
 
 
 def _highlights(left: NDArray, right: NDArray, disparity: NDArray, window_px: int) -> NDArray:
-    """Where highlights are matched in place of the surface, (h, w) bool.
-
-    Grey values match highlights with each other, and these lie where the lamp's mirror image
-    does, far behind a glossy surface. So they are bright and pale, their disparity is not that of
-    the surface around them, and the colours that lie beneath them differ. Where nothing is left
-    around to compare the disparity with, the rest decides.
-    """
+    """Where highlights are matched in place of the surface, (h, w) bool."""
+    # They lie where the lamp's mirror image does, far behind a glossy surface: bright and pale, off
+    # the disparity around them (where there is any), and of other colours beneath.
     valid = np.isfinite(disparity)
     if not valid.any():
         return valid
@@ -216,12 +205,8 @@ def _highlights(left: NDArray, right: NDArray, disparity: NDArray, window_px: in
 def _colours_differ(
     left: NDArray, right: NDArray, matched: NDArray, valid: NDArray, window_px: int
 ) -> NDArray:
-    """Whether matched windows have unlike colours, (h, w) bool.
-
-    White light adds as much to each channel, so differences of channels show the surface alone.
-    What two cameras' colours usually differ by, or a shift within the precision of a match
-    explains, does not count.
-    """
+    """Whether matched windows' colours differ beyond the usual and small shifts, (h, w) bool."""
+    # White light adds as much to each channel: their differences show the surface alone.
     differ = np.zeros_like(valid)
     for one, other in ((0, 1), (1, 2), (0, 2)):
         here, there = (
@@ -247,12 +232,9 @@ def _glossy(image: NDArray, window_px: int) -> NDArray:
 
 
 def _whole_surfaces(found: NDArray, matched: NDArray, valid: NDArray, window_px: int) -> NDArray:
-    """Highlights, with all of the surfaces of which they are a large part, (h, w) bool.
-
-    Surfaces are what keeps together when their rims are taken off.
-    """
+    """Highlights, with all of the surfaces of which they are a large part, (h, w) bool."""
     near, rim = np.ones((3, 3)), np.ones((2 * SURFACE_RIM_PX + 1, 2 * SURFACE_RIM_PX + 1))
-    nearest = cv2.dilate(np.where(valid, matched, 0).astype(np.float32), near)
+    nearest = cv2.dilate(matched, near)
     farthest = cv2.erode(np.where(valid, matched, UNMATCHED_PX).astype(np.float32), near)
     smooth = valid & (nearest - farthest < SURFACE_STEP_PX)
     count, label = cv2.connectedComponents(cv2.erode(smooth.astype(np.uint8), rim))
@@ -281,21 +263,20 @@ def local_plane(disparity: NDArray, valid: NDArray, window_px: int) -> NDArray:
     """Value at the centre of the plane through each window's valid pixels, (h, w) [px]."""
     one = np.ones(window_px, dtype=np.float32)
     x = np.arange(window_px, dtype=np.float32) - window_px // 2
+
+    def mean(image: NDArray, *weights: NDArray) -> NDArray:
+        found = cv2.sepFilter2D(image, cv2.CV_32F, *weights, borderType=cv2.BORDER_CONSTANT)
+        return found / np.float32(window_px**2)
+
     weight = valid.astype(np.float32)
     powers = ((one, one), (x, one), (one, x), (x * x, one), (x, x), (one, x * x))
-    n, nx, ny, nxx, nxy, nyy = (_window_sum(weight, *power) for power in powers)
-    d, dx, dy = (_window_sum(disparity * weight, *power) for power in powers[:3])
+    n, nx, ny, nxx, nxy, nyy = (mean(weight, *power) for power in powers)
+    d, dx, dy = (mean(disparity * weight, *power) for power in powers[:3])
     # Cramer's rule for the constant term; what has no plane is taken out by the tolerance later.
     minors = nxx * nyy - nxy * nxy, nx * nyy - nxy * ny, nx * nxy - nxx * ny
     determinant = n * minors[0] - nx * minors[1] + ny * minors[2]
     constant = d * minors[0] - dx * minors[1] + dy * minors[2]
     return (constant / np.maximum(determinant, 1e-6)).astype(np.float32)
-
-
-def _window_sum(image: NDArray, along: NDArray, down: NDArray) -> NDArray:
-    """Sum over each window with separable weights, by the number of its pixels, (h, w)."""
-    area = np.float32(len(along) * len(down))
-    return cv2.sepFilter2D(image, cv2.CV_32F, along, down, borderType=cv2.BORDER_CONSTANT) / area
 
 
 def mean(image: NDArray, valid: NDArray, window_px: int) -> NDArray:

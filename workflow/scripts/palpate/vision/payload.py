@@ -12,7 +12,8 @@ from scipy.special import fdtrc
 
 from palpate.units import GRAVITY_M_S2, MILLIMETRES, MILLINEWTONS, PERCENT
 from palpate.vision.force import STRONGEST_N
-from palpate.vision.pivot import largest_std
+from palpate.vision.pivot import largest_std, turned
+from palpate.vision.pose import by_turn
 from palpate.vision.probe_recordings import StaticPoses
 
 FEWEST_POSES = 6
@@ -189,8 +190,7 @@ def find_payload(poses: StaticPoses, up: NDArray) -> Payload:
             f" {poses.names[place]}, by {_mn(force_n)} mN and {torque_nm * MILLINEWTONS:.2g} mNm (a"
             " finger or a cable on it?)"
         )
-    per_newton = np.ones(len(UNKNOWNS))
-    per_newton[WEIGHT] = 1 / GRAVITY_M_S2
+    per_newton = np.r_[1 / GRAVITY_M_S2, np.ones(len(UNKNOWNS) - 1)]
     turn = Rotation.from_rotvec(fit.x[TURN]).as_matrix() @ start
     return Payload(
         mass_kg=weight_n / GRAVITY_M_S2,
@@ -228,14 +228,12 @@ def _parts(fit: OptimizeResult) -> tuple[NDArray, NDArray, NDArray]:
 
 
 def _outlier(fit: OptimizeResult, *, known: bool) -> int | None:
-    """The pose whose forces or torques are surely others than the other poses say, if one is.
-
-    By how much less is left without it, against what is left of the others, or against the noise
-    where that is known and more: Fisher's distribution.
-    """
+    """The pose whose forces or torques are surely others than the other poses say, if one is."""
     every, jacobian, inverse = _parts(fit)
     if not known and len(every) < FEWEST_TELL_NOISE:
         return None
+    # How much less is left without it, against what is left of the others, or against the noise
+    # where that is known and more: Fisher's distribution.
     sure = np.ones(len(every))
     for part in (slice(0, 3), slice(3, 6)):
         rows, off = jacobian[:, part], every[:, part]
@@ -252,18 +250,14 @@ def _outlier(fit: OptimizeResult, *, known: bool) -> int | None:
 
 
 def _covariance(fit: OptimizeResult, *, known: bool) -> NDArray:
-    """Of the unknowns, where each channel is off by what its residuals say.
-
-    Beyond what is known of the channels' noise there is what the poses are off by, which is across
-    the weight. A channel's residuals are less by what the unknowns took of them, and few residuals
-    determine a variance badly: an error over its deviation is Student's, with the degrees of
-    freedom of B. L. Welch (1947), and has the variance of that.
-    """
+    """Of the unknowns, where each channel is off by its noise and by what the poses are off by."""
     off, jacobian, inverse = _parts(fit)
     parts = jacobian @ inverse
     free = len(off) - np.einsum("nci,nci->c", parts, jacobian)
     variance = (off**2).sum(axis=0) / free
     variance = np.maximum(variance, 1) if known else variance
+    # Few residuals determine a variance badly: an error over its deviation is Student's, with the
+    # degrees of freedom of B. L. Welch (1947), and has the variance of that.
     guessed = 1 - 1 / variance if known else np.ones(6)
     by_channel = variance[:, None] * (parts**2).sum(axis=0)
     unsure = ((guessed[:, None] * by_channel) ** 2 / free[:, None]).sum(axis=0)
@@ -283,9 +277,8 @@ def _start(down: NDArray, wrench: NDArray) -> tuple[NDArray, NDArray]:
     x[BIAS_N] = mean - x[WEIGHT] * turn @ middle
     # Torque is centre x weight + bias.
     weight = x[WEIGHT] * down @ turn.T
-    by_centre = np.cross(np.eye(3), weight[:, None]).transpose(0, 2, 1)
-    rows = np.concatenate([by_centre, np.broadcast_to(np.eye(3), by_centre.shape)], axis=2)
-    found = np.linalg.lstsq(rows.reshape(-1, 6), wrench[:, 3:].ravel(), rcond=None)[0]
+    rows = np.dstack([by_turn(weight), np.tile(np.eye(3), (len(weight), 1, 1))]).reshape(-1, 6)
+    found = np.linalg.lstsq(rows, wrench[:, 3:].ravel(), rcond=None)[0]
     x[CENTRE], x[BIAS_NM] = np.split(found, 2)
     return x, turn
 
@@ -317,8 +310,7 @@ def _gains(weight: NDArray, off: NDArray) -> tuple[NDArray, NDArray]:
 
 
 def _check_turn(down: NDArray) -> None:
-    sizes = np.linalg.svd(down - down.mean(axis=0), compute_uv=False) / np.sqrt(len(down))
-    if (turn := degrees(sizes[1])) < LEAST_TURN_DEG:
+    if (turn := degrees(turned(down[:, None])[0][1])) < LEAST_TURN_DEG:
         raise ValueError(
             f"poses: expected the vertical to turn by {LEAST_TURN_DEG:g} degrees or more about two"
             f" axes of the handle, found {turn:.1f} (root mean square); hold it with the tip down,"

@@ -40,13 +40,12 @@ LEAST_APART, SURE = 0.5, 3.3
 # What stated optics are taken to be wrong by: of the focal length, of the principal point, and of
 # each of k1, p1 and p2 at the picture's corners. Of calibrated ones the covariance is known.
 FOCAL_STD, CENTRE_STD_PX, BENT_STD_PX = 0.001, 0.5, 0.3
-FOCAL, CENTRE, BENT = [0, 1], [2, 3], [4, 6, 7]
-OPTICS = 9
 # Standard deviation up to which a tip is determined: what a Kinect's 200 frames give.
 LARGEST_STD_M = 0.0002
 # As far as an operator tilts a probe whose target is still seen, root mean square; and the longest
 # recording that anyone makes.
 FARTHEST_DEG, MOST_FRAMES = 25.0, 1000
+RESTED = "poses: expected the tip to rest at one place, found it"
 
 
 @dataclass(frozen=True)
@@ -163,7 +162,12 @@ def fit_pivot(camera_from_marker: NDArray, kept: NDArray | None = None) -> Pivot
 
 
 def find_pivot(
-    camera_from_marker: NDArray, names: Sequence[str], *, by_camera: bool = True
+    camera_from_marker: NDArray,
+    names: Sequence[str],
+    board: FlatBoard | None = None,
+    spec: Mapping | None = None,
+    *,
+    by_camera: bool = True,
 ) -> Pivot:
     """The tip by Huber's loss, then least squares of the frames that are within it.
 
@@ -175,6 +179,9 @@ def find_pivot(
         Poses of the target in the order of time.
     names : sequence of str
         What errors call the frames.
+    board, spec : FlatBoard and mapping, optional
+        The target, and the ``color`` block of the sensor that saw it: what its optics are wrong by,
+        alike in all frames, is in the covariance then.
     by_camera : bool, optional
         Whether the poses' frame is a camera's, which is farther from the target than the tip.
 
@@ -189,75 +196,47 @@ def find_pivot(
         raise ValueError(f"poses: expected at least {FEWEST_POSES}, found {count}")
     require_turn(camera_from_marker[:, :3, :3])
     kept = _inliers(camera_from_marker, names)
-    found = fit_pivot(camera_from_marker, kept)
-    require_turn(camera_from_marker[kept, :3, :3])
+    found, poses = fit_pivot(camera_from_marker, kept), camera_from_marker[kept]
+    require_turn(poses[:, :3, :3])
     _check_place(found, by_camera=by_camera)
-    _check_rest(camera_from_marker[kept], [names[k] for k in np.flatnonzero(kept)])
+    _check_rest(poses, [names[k] for k in np.flatnonzero(kept)])
     _check_residual(found.rms_m)
-    return found
-
-
-def recorded_pivot(
-    camera_from_marker: NDArray, names: Sequence[str], board: FlatBoard, spec: Mapping
-) -> Pivot:
-    """`find_pivot`, with what the optics are wrong by, alike in all frames, in the covariance.
-
-    Parameters
-    ----------
-    camera_from_marker, names
-        As `find_pivot` takes them.
-    board : FlatBoard
-    spec : mapping
-        The ``color`` block of the sensor's file, with the ``covariance`` of a calibration where
-        there is one.
-    """
-    found, camera = find_pivot(camera_from_marker, names), camera_from_spec(spec)
-    moved = tip_by_optics(camera_from_marker[found.kept], found.tip_m, board, camera)
+    if board is None:
+        return found
+    # Each pose is off as the optics are, and the tip is the least squares' of all poses.
+    camera = camera_from_spec(spec)
+    each = np.stack([pose_by_optics(board.points_m, pose, camera) for pose in poses])
+    placed = by_turn(poses[:, :3, :3] @ found.tip_m) @ each[:, :3] + each[:, 3:]
+    moved = np.einsum("inj,njk->ik", _fit(poses, np.ones(len(poses)))[2][0], placed)
     part = moved @ optics_covariance(spec) @ moved.T
     return replace(found, covariance=found.covariance + part, optics_covariance=part)
 
 
-def tip_by_optics(
-    camera_from_marker: NDArray, tip_m: NDArray, board: FlatBoard, camera: PinholeCamera
-) -> NDArray:
-    """Derivatives of a tip by the optics of the camera that saw it, (3, 9).
-
-    Each pose is off as the optics are, and the tip is the least squares' of all poses.
-    """
-    each = np.stack([pose_by_optics(board.points_m, pose, camera) for pose in camera_from_marker])
-    placed = by_turn(camera_from_marker[:, :3, :3] @ tip_m) @ each[:, :3] + each[:, 3:]
-    by_frame = _fit(camera_from_marker, np.ones(len(each)))[2]
-    return -np.einsum("inj,njk->ik", by_frame[0], placed)
-
-
 def optics_covariance(spec: Mapping) -> NDArray:
-    """Covariance of the optics of a sensor's ``color`` block, calibrated or stated, (9, 9)."""
+    """Covariance of fx_px, fy_px, cx_px, cy_px, k1, k2, p1, p2, k3, calibrated or stated, (9, 9).
+
+    Of a sensor's ``color`` block, with the ``covariance`` of a calibration where there is one.
+    """
     known = spec.get("covariance")
     return stated_covariance(camera_from_spec(spec)) if known is None else np.array(known, float)
 
 
 def stated_covariance(camera: PinholeCamera) -> NDArray:
-    """Covariance of fx_px, fy_px, cx_px, cy_px, k1, k2, p1, p2, k3 that nobody calibrated, (9, 9).
-
-    The focal lengths are wrong by one share.
-    """
+    """Covariance of optics that nobody calibrated, as `optics_covariance` has it, (9, 9)."""
     corner = float(np.hypot(camera.width_px, camera.height_px)) / (2 * camera.fx_px)
-    std = np.zeros(OPTICS)
-    std[FOCAL] = FOCAL_STD * np.array([camera.fx_px, camera.fy_px])
-    std[CENTRE] = CENTRE_STD_PX
-    std[BENT] = BENT_STD_PX / camera.fx_px / np.array([corner**3, 3 * corner**2, 3 * corner**2])
-    alike = np.eye(OPTICS)
-    alike[np.ix_(FOCAL, FOCAL)] = 1
-    return alike * np.outer(std, std)
+    k1, p1 = BENT_STD_PX / camera.fx_px / np.array([corner**3, 3 * corner**2])
+    focal = FOCAL_STD * np.array([camera.fx_px, camera.fy_px])
+    found = np.diag(np.square([*focal, CENTRE_STD_PX, CENTRE_STD_PX, k1, 0, p1, p1, 0]))
+    # The focal lengths are wrong by one share.
+    found[:2, :2] = np.outer(focal, focal)
+    return found
 
 
 def _fit(
     poses: NDArray, weights: NDArray, inside: NDArray | None = None
 ) -> tuple[NDArray, NDArray, NDArray]:
-    """Tip and pivots (k, 3), residuals (n, 3), and their effect on each point (k, 3, n, 3).
-
-    One pivot; or two, the second of the frames that are inside.
-    """
+    """Tip and pivots (k, 3), residuals (n, 3), and their effect on each point (k, 3, n, 3)."""
+    # One pivot; or two, the second of the frames that are inside.
     groups = np.ones((len(poses), 1)) if inside is None else np.column_stack([~inside, inside])
     shifts = poses[:, :3, 3].ravel()
     rows = np.hstack([poses[:, :3, :3].reshape(-1, 3), -np.kron(groups, np.eye(3))])
@@ -284,18 +263,14 @@ def _inliers(poses: NDArray, names: Sequence[str]) -> NDArray:
     if len(out) > max(FEW_OUT, MOST_LEFT_OUT * len(names)):
         longest = max(np.split(out, np.flatnonzero(np.diff(out) > 1) + 1), key=len)
         raise ValueError(
-            f"poses: expected the tip to rest at one place, found it elsewhere in {len(out)} of"
-            f" {len(names)} frames ({names[longest[0]]} to {names[longest[-1]]} most at a time)"
+            f"{RESTED} elsewhere in {len(out)} of {len(names)} frames ({names[longest[0]]} to"
+            f" {names[longest[-1]]} most at a time)"
         )
     return kept
 
 
 def turned(rotations: NDArray) -> tuple[NDArray, NDArray]:
-    """Root mean square turn of the target's directions [rad], the least first, and those as rows.
-
-    A direction about which the handle alone turned stays where it is, and the tip's place along it
-    is not determined.
-    """
+    """Root mean square turns of a target's directions [rad], the least first; those as rows."""
     centred = (rotations - rotations.mean(axis=0)).reshape(-1, 3)
     _, sizes, directions = np.linalg.svd(centred, full_matrices=False)
     return sizes[::-1] / np.sqrt(len(rotations)), directions[::-1]
@@ -345,7 +320,7 @@ def require_turn(
 
 def _check_place(found: Pivot, *, by_camera: bool) -> None:
     """Reject a tip that no handle has; of inverted poses tip and pivot change places."""
-    away_m, camera_m = float(np.linalg.norm(found.tip_m)), float(np.linalg.norm(found.pivot_m))
+    away_m, camera_m = (float(np.linalg.norm(place)) for place in (found.tip_m, found.pivot_m))
     if away_m > FARTHEST_TIP_M:
         raise ValueError(
             f"poses: expected the tip within {FARTHEST_TIP_M:g} m of the board, found it"
@@ -362,9 +337,8 @@ def _check_place(found: Pivot, *, by_camera: bool) -> None:
 def _check_residual(off_m: float) -> None:
     if off_m > LARGEST_OFF_M:
         raise ValueError(
-            "poses: expected the tip to rest at one place, found it"
-            f" {off_m * MILLIMETRES:.2g} mm apart (root mean square of all frames; unit of the"
-            " poses? order of the quaternion?)"
+            f"{RESTED} {off_m * MILLIMETRES:.2g} mm apart (root mean square of all frames; unit of"
+            " the poses? order of the quaternion?)"
         )
 
 
@@ -391,7 +365,6 @@ def _check_rest(poses: NDArray, names: Sequence[str]) -> None:
     _check_residual(noise)
     if ratio > 1:
         raise ValueError(
-            f"poses: expected the tip to rest at one place, found it {apart * MILLIMETRES:.2g} mm"
-            f" apart in {first} to {last} and in the rest, where a frame is off by"
-            f" {noise * MILLIMETRES:.2g} mm"
+            f"{RESTED} {apart * MILLIMETRES:.2g} mm apart in {first} to {last} and in the rest,"
+            f" where a frame is off by {noise * MILLIMETRES:.2g} mm"
         )

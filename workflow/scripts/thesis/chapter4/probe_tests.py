@@ -16,7 +16,7 @@ from palpate.npz import write_npz
 from palpate.report import outputs
 from palpate.units import MILLIMETRES
 from palpate.vision.camera import sensor_with_optics
-from palpate.vision.clouds import probe_places, scene_points
+from palpate.vision.clouds import probe_places, scene_cloud
 from palpate.vision.follow import followed
 from palpate.vision.force import FORCE, zeroed
 from palpate.vision.indentation import capture_wrenches, depth_along, force_along
@@ -41,7 +41,7 @@ def make_cd_case(inputs: Any, params: Any) -> dict:
     poses = followed(folder / "trace", sensor, params.probe, ProbePose.read(params.pose))
     rng = np.random.default_rng(params.seed)
     plane = _table_plane(folder / "background", sensor, params, rng)
-    points, size_m = scene_cloud(folder / "trace", sensor, params, poses), np.array(params.size_m)
+    points, size_m = case_points(folder / "trace", sensor, params, poses), np.array(params.size_m)
     camera_from_case = place_box(points, plane, size_m)
     above = in_frame(points[height_above(plane, points) > LOWEST_M], camera_from_case)
     cloud = shown_points(above, size_m, rng)
@@ -65,13 +65,13 @@ def case_path(poses: pd.DataFrame, camera_from_case: NDArray, size_m: NDArray) -
     return path
 
 
-def scene_cloud(folder: Path, sensor: Mapping, params: Any, poses: pd.DataFrame) -> NDArray:
+def case_points(folder: Path, sensor: Mapping, params: Any, poses: pd.DataFrame) -> NDArray:
     """Points of several frames without the probe, camera frame."""
     chosen = np.linspace(0, len(poses) - 1, CLOUD_FRAMES).astype(int)
     places = probe_places(poses, params.probe)
     clouds = []
     for k, images in zip(chosen, all_streams(folder, sensor, chosen), strict=True):
-        points = scene_points(images, sensor)
+        points = scene_cloud(images, sensor).points_m
         clouds.append(points[~places[k].holds(points)])
     return np.concatenate(clouds)
 
@@ -137,5 +137,5 @@ def _table_plane(
     folder: str | Path, sensor: Mapping, params: Any, rng: np.random.Generator
 ) -> NDArray:
     """Plane (4,) of the table in the first frame, its normal upward."""
-    points = scene_points(next(all_streams(folder, sensor)), sensor)
+    points = scene_cloud(next(all_streams(folder, sensor)), sensor).points_m
     return fit_support_plane(points, rng=rng, inlier_distance_m=params.inlier_distance_m)
