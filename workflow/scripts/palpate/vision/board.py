@@ -1,7 +1,6 @@
 """A flat target and what is printed on it, and a checkerboard's corners (Section 4.1.4)."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -31,51 +30,27 @@ WORSE = 1.2
 SEEN, SIDE_SEEN = 0.85, 0.5
 
 
-class Blurred(NamedTuple):
-    """Whiteness (0 to 1) of places, its derivatives by place, and by each blur, (n,) each."""
-
-    white: NDArray
-    by_u: NDArray
-    by_v: NDArray
-    by_blur_u: NDArray
-    by_blur_v: NDArray
-
-
 @dataclass(frozen=True)
 class Print:
-    """What is printed on a target: fields of black and white between straight lines.
+    """What is printed on a target: fields of black and white between straight lines."""
 
-    Attributes
-    ----------
-    u, v : (k,) and (l,) arrays
-        Where the lines are, increasing [units of the target].
-    white : (l + 1, k + 1) array
-        1 where a field is white, 0 where it is black; the outer ones have no end.
-    """
-
+    # (k,) and (l,), where the lines are, increasing [units of the target]
     u: NDArray
     v: NDArray
+    # (l + 1, k + 1), 1 where a field is white, 0 where it is black; the outer ones have no end
     white: NDArray
 
-    def blurred(self, u: NDArray, v: NDArray, blur_u: NDArray, blur_v: NDArray) -> Blurred:
-        """What a blur leaves of it.
+    def blurred(
+        self, u: NDArray, v: NDArray, blur_u: NDArray, blur_v: NDArray
+    ) -> tuple[NDArray, ...]:
+        """Whiteness (0 to 1) of places (n,) [units], and its derivatives by place and by each blur.
 
-        Parameters
-        ----------
-        u, v : (n,) arrays
-            Places [units].
-        blur_u, blur_v : (n,) arrays
-            Standard deviations of the blur there [units].
+        Blurs are standard deviations; all are (n,).
         """
         (a, da, sa), (b, db, sb) = _parts(u, self.u, blur_u), _parts(v, self.v, blur_v)
         along, down = b @ self.white, a @ self.white.T
-        return Blurred(
-            np.einsum("ij,ij->i", along, a),
-            np.einsum("ij,ij->i", along, da),
-            np.einsum("ij,ij->i", down, db),
-            np.einsum("ij,ij->i", along, sa),
-            np.einsum("ij,ij->i", down, sb),
-        )
+        pairs = (along, a), (along, da), (down, db), (along, sa), (down, sb)
+        return tuple(np.einsum("ij,ij->i", *pair) for pair in pairs)
 
     def at(self, u: NDArray, v: NDArray) -> NDArray:
         """Whiteness of places of any shape, not blurred."""
@@ -92,30 +67,15 @@ def _parts(place: NDArray, lines: NDArray, blur: NDArray) -> tuple[NDArray, NDAr
 
 
 class FlatBoard:
-    """A printed target.
+    """A printed target."""
 
-    Attributes
-    ----------
-    points_m : (n, 3) array
-        Corners in the target's frame: origin at the upper left one, x right, y down, z into it.
-    outline_m : (2, 2) array
-        Least and largest x, y of what is printed.
-    unit_m : float
-        Side of a square or a tag.
-    print : Print
-        What is printed, in units.
-    ambiguous : bool
-        Whether half a turn maps it onto itself.
-    described : str
-        What a message calls it.
-    """
-
+    # (n, 3), corners: origin at the upper left one, x right, y down, z into the target
     points_m: NDArray
-    outline_m: NDArray
-    unit_m: float
-    print: Print
-    ambiguous = False
-    described: str
+    outline_m: NDArray  # (2, 2), least and largest x, y of what is printed
+    unit_m: float  # side of a square or a tag
+    print: Print  # what is printed, in units
+    ambiguous = False  # whether half a turn maps it onto itself
+    described: str  # what a message calls it
 
     def find(self, grey: NDArray, region: Region | None = None) -> NDArray | None:
         """Find the corners to sub-pixel precision.
@@ -165,7 +125,7 @@ class FlatBoard:
         values = cv2.remap(grey, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         u, v = about.reshape(-1, 2).T
         blur = np.full(len(u), PATCH_BLUR)
-        expected = self.print.blurred(u, v, blur, blur).white.reshape(values.shape)
+        expected = self.print.blurred(u, v, blur, blur)[0].reshape(values.shape)
         one, other = (
             part - part.mean(axis=1, keepdims=True) for part in (values.astype(float), expected)
         )

@@ -30,25 +30,13 @@ SPEED_S, THRESHOLD_PX = 0.1, 0.5
 
 @dataclass(frozen=True)
 class BoardPictures:
-    """What was found in a folder's pictures.
-
-    Attributes
-    ----------
-    folder : path
-    corners : dict
-        View to its corners (n, 2) [px].
-    missing : dict
-        View to why there are none.
-    size_px : (width, height)
-    coloured : bool
-        Whether the pictures have colours.
-    """
+    """What was found in a folder's pictures."""
 
     folder: str | Path
-    corners: dict[str, NDArray]
-    missing: dict[str, str]
-    size_px: tuple[int, int]
-    coloured: bool
+    corners: dict[str, NDArray]  # view to its corners (n, 2) [px]
+    missing: dict[str, str]  # view to why there are none
+    size_px: tuple[int, int]  # (width, height)
+    coloured: bool  # whether the pictures have colours
 
 
 def read_pictures(folders: Sequence[Path], board: FlatBoard) -> list[BoardPictures]:
@@ -111,13 +99,9 @@ def board_in(
     ValueError
         If none shows the target.
     """
-    corners, missing = {}, {}
-    for view, image in images.items():
-        found = board.find(image)
-        if found is None:
-            missing[view] = "the target was not found"
-        else:
-            corners[view] = found
+    each = {view: board.find(image) for view, image in images.items()}
+    corners = {view: found for view, found in each.items() if found is not None}
+    missing = {view: "the target was not found" for view in each if view not in corners}
     if not corners:
         found = f"none in {len(images)} pictures"
         raise ValueError(f"{source}: pictures: expected {board.described}, found {found}")
@@ -144,24 +128,15 @@ def _grey(path: Path) -> tuple[NDArray, bool]:
 
 @dataclass(frozen=True)
 class Views:
-    """Poses in which a camera saw the target, in the order of time.
+    """Poses in which a camera saw the target, in the order of time."""
 
-    Attributes
-    ----------
-    names : (n,) array of str
-    corners_px : (n, k, 2) array
-        Of the target, NaN where one is not seen [px].
-    camera_from_target, base_from_tracked : (n, 4, 4) arrays
-        By the corners of each view, and by the record of poses.
-    std, speed : (n, 6) arrays
-        Deviations of `base_from_tracked` and its changes in a second: a rotation vector applied in
-        the base frame, and the shift [rad, m].
-    """
-
-    names: NDArray
-    corners_px: NDArray
+    names: NDArray  # (n,) array of str
+    corners_px: NDArray  # (n, k, 2), of the target, NaN where one is not seen [px]
+    # (n, 4, 4), by the corners of each view, and by the record of poses
     camera_from_target: NDArray
     base_from_tracked: NDArray
+    # (n, 6), deviations of `base_from_tracked` and its changes in a second: a rotation vector
+    # applied in the base frame, and the shift [rad, m]
     std: NDArray
     speed: NDArray
 

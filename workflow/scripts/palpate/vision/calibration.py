@@ -39,21 +39,12 @@ TILTED = "expected views that determine the focal length (targets tilted in diff
 
 @dataclass(frozen=True)
 class Calibration:
-    """Optics of one camera and what they rest on.
+    """Optics of one camera and what they rest on."""
 
-    Attributes
-    ----------
-    fit : Problem
-        Of this camera alone.
-    covariance : (9, 9) array
-        Of fx_px, fy_px, cx_px, cy_px, k1, k2, p1, p2, k3; 0 for what was dropped.
-    rejected : dict
-        View to the reason.
-    """
-
-    fit: Problem = field(repr=False)
+    fit: Problem = field(repr=False)  # of this camera alone
+    # (9, 9), of fx_px, fy_px, cx_px, cy_px, k1, k2, p1, p2, k3; 0 for what was dropped
     covariance: NDArray = field(repr=False)
-    rejected: Mapping[str, str]
+    rejected: Mapping[str, str]  # view to the reason
 
     @property
     def camera(self) -> PinholeCamera:
@@ -161,8 +152,7 @@ def _usable(
 def _same(found: NDArray, other: NDArray, same_px: float) -> bool:
     """Whether the corners of two views are at the same places."""
     moved = np.hypot(*(found - other).T)
-    moved = moved[np.isfinite(moved)]
-    return len(moved) >= FEWEST_CORNERS and moved.max() < same_px
+    return np.isfinite(moved).sum() >= FEWEST_CORNERS and np.nanmax(moved) < same_px
 
 
 def _check_count(count: int, rejected: Mapping[str, str], name: str) -> None:
@@ -187,13 +177,11 @@ def _started(
     pixels = [views[view][own].astype(np.float32) for view, own in seen.items()]
     flags = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
     try:
-        found = cv2.calibrateCamera(points, pixels, size_px, None, None, flags=flags)
+        _, K, *rest = cv2.calibrateCamera(points, pixels, size_px, None, None, flags=flags)
     except cv2.error:
         raise ValueError(f"{name}: {TILTED}, found others") from None
-    _, matrix, distortion, turns, shifts = found
-    optics = [matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]]
-    lens = np.r_[optics, distortion.ravel()[: len(TERMS)]]
-    poses = np.hstack([np.reshape(turns, (-1, 3)), np.reshape(shifts, (-1, 3))])
+    lens = np.r_[K[0, 0], K[1, 1], K[:2, 2], rest[0].ravel()[: len(TERMS)]]
+    poses = np.hstack([np.reshape(part, (-1, 3)) for part in rest[1:]])
     if not (np.isfinite(lens).all() and np.isfinite(poses).all()):
         raise ValueError(f"{name}: {TILTED}, found others")
     corners = np.array([*views.values()], dtype=float)[:, None]

@@ -37,37 +37,20 @@ FEWEST_CORNERS = 8
 
 @dataclass(frozen=True)
 class Problem:
-    """All views of a board by one or two cameras, and where the unknowns are.
+    """All views of a board by one or two cameras, and where the unknowns are."""
 
-    Attributes
-    ----------
-    points_m : (n, 3) array
-        The board's corners.
-    names : sequence of str
-        Of the views.
-    poses : (views, 6) array
-        Turn [rad] and shift [m] of the board, in the frame of the first camera that sees it.
-    found_px, corners_px : (views, cameras, n, 2) array
-        Corners that were found, and those of them that count; NaN for the others.
-    shared : array
-        Nine numbers of each camera and, of two, the second's transform from the first.
-    terms : tuple
-        Names of the distortion's free terms, by camera.
-    sigma_px : (cameras,) array
-        Standard deviation of a coordinate of a corner.
-    sizes_px : tuple of (width, height)
-        Of the pictures, by camera.
-    """
-
-    points_m: NDArray
-    names: Sequence[str]
+    points_m: NDArray  # (n, 3), the board's corners
+    names: Sequence[str]  # of the views
+    # (views, 6), turn [rad] and shift [m] of the board in the first camera that sees it
     poses: NDArray
+    # (views, cameras, n, 2), corners that were found, and those that count; NaN for the others
     found_px: NDArray
     corners_px: NDArray
+    # nine numbers of each camera and, of two, the second's transform from the first
     shared: NDArray
-    terms: tuple[tuple[str, ...], ...]
-    sigma_px: NDArray
-    sizes_px: tuple[tuple[int, int], ...]
+    terms: tuple[tuple[str, ...], ...]  # names of the distortion's free terms, by camera
+    sigma_px: NDArray  # (cameras,), standard deviation of a coordinate of a corner
+    sizes_px: tuple[tuple[int, int], ...]  # of the pictures, by camera
 
     @property
     def free(self) -> NDArray:
@@ -116,13 +99,10 @@ class Problem:
         """A board's pose in a camera, and its derivatives if they are not those of the view's."""
         first = np.isfinite(self.found_px[view]).any(axis=(1, 2)).argmax()
         pose = self.poses[view]
-        return (pose, ()) if camera == first else composed(pose, self.transform)
+        return (pose, ()) if camera == first else _composed(pose, self.transform)
 
     def _projected(self, view: int, camera: int) -> tuple[NDArray, NDArray, NDArray]:
-        """Projected less found corners (2 n,) [px], NaN for those that don't count.
-
-        And the derivatives by the shared unknowns and the pose.
-        """
+        """Projected less found corners (2 n,) [px], and derivatives by shared unknowns and pose."""
         optics, (pose, chain) = self.camera(camera), self._placed(view, camera)
         lens = optics.matrix, np.array(optics.distortion)
         pixels, by = cv2.projectPoints(self.points_m, pose[:3], pose[3:], *lens)
@@ -174,32 +154,22 @@ class Problem:
             scale = np.linalg.norm(by, axis=0)
             step = -np.linalg.lstsq(by / scale, off[:, 0], rcond=None)[0] / scale
             moves = -np.array(inner) @ np.append(step, 1)
-            last, cost = found, found._cost()
-            ways = (last._moved(part * step, part * moves) for part in PARTS_OF_STEP)
+            last, cost, move = found, found._cost(), np.zeros(found.shared.size)
+            move[found.free] = step
+            ways = (
+                replace(last, shared=last.shared + part * move, poses=last.poses + part * moves)
+                for part in PARTS_OF_STEP
+            )
             found = next((one for one in ways if one._cost() < cost), last)
             if found is last or np.linalg.norm(by @ step) < LAST_STEP:
                 break
         return found
-
-    def _moved(self, step: NDArray, moves: NDArray) -> "Problem":
-        """The problem after a step of the shared unknowns and the poses."""
-        shared = self.shared.copy()
-        shared[self.free] += step
-        return replace(self, shared=shared, poses=self.poses + moves)
 
     def _cost(self) -> float:
         """Huber's loss of all residuals."""
         off = self.residuals()
         bent = np.clip(off, -ROBUST_FROM, ROBUST_FROM)
         return float(bent @ (off - bent / 2))
-
-    def information(self) -> NDArray:
-        """Normal matrix of the free shared unknowns, whatever the poses are."""
-        total = 0.0
-        for _, shared, by_pose in self.linearised():
-            left = shared - by_pose @ (np.linalg.pinv(by_pose) @ shared)
-            total = total + left.T @ left
-        return total
 
     def covariance(self) -> NDArray:
         """Covariance of the shared unknowns; 0 for terms that were dropped.
@@ -210,9 +180,12 @@ class Problem:
         off = self.residuals()
         spare = off.size - self.free.sum() - self.poses.size
         bent, inside = np.clip(off, -ROBUST_FROM, ROBUST_FROM), np.mean(np.abs(off) < ROBUST_FROM)
-        variance = (bent @ bent) / spare / inside**2
+        variance, normal = (bent @ bent) / spare / inside**2, 0.0
+        for _, shared, by_pose in self.linearised():
+            left = shared - by_pose @ (np.linalg.pinv(by_pose) @ shared)
+            normal = normal + left.T @ left
         found = np.zeros((self.shared.size, self.shared.size))
-        found[np.ix_(self.free, self.free)] = variance * inverse(self.information())
+        found[np.ix_(self.free, self.free)] = variance * _inverse(normal)
         return found
 
     def without_outliers(self) -> "Problem":
@@ -242,7 +215,7 @@ def numbers_of(camera: int) -> slice:
     return slice(LENS * camera, LENS * (camera + 1))
 
 
-def composed(pose: NDArray, transform: NDArray) -> tuple[NDArray, tuple[NDArray, NDArray]]:
+def _composed(pose: NDArray, transform: NDArray) -> tuple[NDArray, tuple[NDArray, NDArray]]:
     """A pose after a transform, and its derivatives (6, 6) by the one and the other."""
     parts = [part.reshape(3, 1) for part in (pose[:3], pose[3:], transform[:3], transform[3:])]
     turn, shift, *by = cv2.composeRT(*parts)
@@ -251,7 +224,7 @@ def composed(pose: NDArray, transform: NDArray) -> tuple[NDArray, tuple[NDArray,
     return np.concatenate([turn, shift]).ravel(), chain
 
 
-def inverse(normal: NDArray) -> NDArray:
+def _inverse(normal: NDArray) -> NDArray:
     """Inverse of a normal matrix; infinite variances where it has none."""
     scale = np.sqrt(np.diag(normal))
     values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))

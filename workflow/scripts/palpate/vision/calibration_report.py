@@ -56,10 +56,10 @@ def camera_verdict(found: Calibration) -> Verdict:
     off = found.fit.distances()[:, 0]
     edge, middle = (float(np.nanmedian(off[:, part])) for part in (~inside, inside))
     if edge > EDGE_FACTOR * middle:
-        off = (
-            f"corners at the board's edge are off by {edge:.2f} px, those within it by {middle:.2f}"
+        warnings.append(
+            f"corners at the board's edge are off by {edge:.2f} px, those within it by"
+            f" {middle:.2f}: leave more white around it, and hold it flat"
         )
-        warnings.append(f"{off}: leave more white around it, and hold it flat")
     return _verdict(parts, *warnings)
 
 
@@ -104,13 +104,8 @@ def pair_fields(
 ) -> dict:
     """Both cameras, the transform between them, and what their views determine.
 
-    Parameters
-    ----------
-    pair : PairCalibration
-    streams : two of str
-        What the first and the second camera are called.
-    missing : mapping
-        Stream and view to why there are no corners.
+    By ``streams`` the cameras are called; ``missing`` says of stream and view why there are no
+    corners.
     """
     first, second = streams
     return {

@@ -22,24 +22,16 @@ SIDEWAYS = 0.5
 
 @dataclass(frozen=True)
 class PinholeCamera:
-    """Optics of one camera; integer pixel coordinates are pixel centres.
-
-    Attributes
-    ----------
-    width_px, height_px : int
-        Size of the image.
-    fx_px, fy_px, cx_px, cy_px : float
-        Focal lengths and principal point (Eq. 4.7).
-    distortion : tuple of float
-        k1, k2, p1, p2, k3 of the radial and tangential lens distortion, or more of OpenCV's.
-    """
+    """Optics of one camera; integer pixel coordinates are pixel centres."""
 
     width_px: int
     height_px: int
+    # focal lengths and principal point (Eq. 4.7)
     fx_px: float
     fy_px: float
     cx_px: float
     cy_px: float
+    # k1, k2, p1, p2, k3 of the radial and tangential lens distortion, or more of OpenCV's
     distortion: tuple[float, ...] = NO_DISTORTION
 
     @property
@@ -48,18 +40,7 @@ class PinholeCamera:
         return np.array([[self.fx_px, 0, self.cx_px], [0, self.fy_px, self.cy_px], [0, 0, 1.0]])
 
     def project(self, points_m: ArrayLike) -> NDArray:
-        """Project points of the camera frame into the image (Eq. 4.8).
-
-        Parameters
-        ----------
-        points_m : (n, 3) array
-            Points in front of the camera [m].
-
-        Returns
-        -------
-        (n, 2) array
-            Pixel coordinates x, y [px].
-        """
+        """Image coordinates x, y (n, 2) [px] of points (n, 3) before the camera [m] (Eq. 4.8)."""
         points = np.asarray(points_m, dtype=float).reshape(-1, 3)
         if not len(points):
             return np.zeros((0, 2))
@@ -68,23 +49,11 @@ class PinholeCamera:
         return pixels.reshape(-1, 2)
 
     def rays(self, pixels_px: ArrayLike) -> NDArray:
-        """Directions through pixels, with the distortion taken out.
-
-        Parameters
-        ----------
-        pixels_px : (n, 2) array
-            Pixel coordinates x, y [px].
-
-        Returns
-        -------
-        (n, 3) array
-            Directions in the camera frame with z = 1.
-        """
+        """Directions (n, 3) with z = 1 through pixels x, y (n, 2) [px], without distortion."""
         pixels = np.asarray(pixels_px, dtype=float).reshape(-1, 2)
         if any(self.distortion):
             lens = self.matrix, np.array(self.distortion)
-            flat = cv2.undistortPoints(pixels[:, None], *lens, criteria=UNDISTORTED)
-            flat = flat.reshape(-1, 2)
+            flat = cv2.undistortPoints(pixels[:, None], *lens, criteria=UNDISTORTED)[:, 0]
         else:
             flat = (pixels - [self.cx_px, self.cy_px]) / [self.fx_px, self.fy_px]
         return np.column_stack([flat, np.ones(len(flat))])
@@ -111,20 +80,7 @@ def camera_from_spec(spec: Mapping) -> PinholeCamera:
 
 
 def with_calibration(sensor: Mapping, calibration: Mapping) -> dict:
-    """A sensor's specification with the optics that its own pictures of a target gave.
-
-    Parameters
-    ----------
-    sensor : mapping
-        The sensor's file.
-    calibration : mapping
-        calibration.json: optics of both cameras and Eq. 4.12.
-
-    Returns
-    -------
-    dict
-        Size, encoding and depth's encoding are the file's.
-    """
+    """A sensor's file with the optics of its own calibration.json: both cameras', and Eq. 4.12."""
     found = dict(sensor)
     for block, stream in (("color", "color"), ("depth", "infrared")):
         camera = calibration["cameras"][stream]
@@ -139,15 +95,7 @@ def with_calibration(sensor: Mapping, calibration: Mapping) -> dict:
 
 
 def sensor_with_optics(spec: Mapping, optics_path: str | Sequence | None) -> Mapping:
-    """The sensor's file, with the optics of its own calibration where there is one.
-
-    Parameters
-    ----------
-    spec : mapping
-        The sensor's file.
-    optics_path : str or sequence or None
-        calibration.json; empty where the file's own optics hold.
-    """
+    """`with_calibration` of calibration.json at a path; an empty one leaves the sensor's file."""
     if not optics_path:
         return spec
     return with_calibration(spec, json.loads(Path(str(optics_path)).read_text(encoding="utf-8")))
@@ -182,18 +130,9 @@ def stereo_blocks(camera: PinholeCamera, baseline_m: float, encoding: str) -> di
 def rectified(
     cameras: Sequence[PinholeCamera], right_from_left: NDArray
 ) -> tuple[PinholeCamera, float]:
-    """The left camera of a pair after rectification, and the baseline [m].
+    """The left camera of a pair, left and right, after rectification, and the baseline [m].
 
-    Parameters
-    ----------
-    cameras : two of PinholeCamera
-        Left and right.
-    right_from_left : (4, 4) array
-
-    Returns
-    -------
-    (PinholeCamera, float)
-        The camera has no distortion; both rectified pictures are its.
+    It has no distortion; both rectified pictures are its.
 
     Raises
     ------

@@ -36,31 +36,17 @@ MARGIN = 0.9
 
 @dataclass(frozen=True)
 class TaggedBoard(FlatBoard):
-    """A target with tags.
-
-    Attributes
-    ----------
-    tags_m : (k, 4, 2) array
-        Corners of the tags by their numbers, clockwise from their upper left, as they are read.
-    unit_m : float
-        Side of a square (ChArUco) or a tag (AprilGrid).
-    dictionary : str
-        OpenCV's name of the family, without DICT_.
-    border : int
-        Cells of a tag's black border.
-    black_m : (m, 2, 2) array
-        Least and largest x, y of each black square.
-    others_m : (k, 4, 2) array, optional
-        Corners of the tags where the other squares are white.
-    """
+    """A target with tags."""
 
     points_m: NDArray
     outline_m: NDArray
-    unit_m: float
+    unit_m: float  # side of a square (ChArUco) or a tag (AprilGrid)
+    # (k, 4, 2), corners of the tags by their numbers, clockwise from the upper left as read
     tags_m: NDArray
-    dictionary: str
-    border: int
-    black_m: NDArray
+    dictionary: str  # OpenCV's name of the family, without DICT_
+    border: int  # cells of a tag's black border
+    black_m: NDArray  # (m, 2, 2), least and largest x, y of each black square
+    # (k, 4, 2), corners of the tags where the other squares are white
     others_m: NDArray | None = None
 
     @property
@@ -257,27 +243,16 @@ def _squares(lower_m: NDArray, side_m: float) -> NDArray:
 
 def board_of(marker: Mapping) -> FlatBoard:
     """Make the target of a ``marker`` block that `palpate.config.probe.TargetSpec` has checked."""
-    tagged = {"charuco": charuco, "aprilgrid": april_grid}
-    if make := tagged.get(marker.get("kind")):
+    if make := {"charuco": charuco, "aprilgrid": april_grid}.get(marker.get("kind")):
         return make(marker)
     return Board(*marker["inner_corners"], float(marker["square_m"]))
 
 
 def expected_region(last: NDArray, before: NDArray | None, shape: tuple[int, int]) -> Region | None:
-    """Where the target should be next, moving on as it did.
+    """Where the target should be next, moving on as it did; None when it leaves the image.
 
-    Parameters
-    ----------
-    last, before : (n, 2) arrays
-        Corners in the last frame and in the one before it, if they were found; NaN where one was
-        hidden [px].
-    shape : (h, w)
-        Size of the image.
-
-    Returns
-    -------
-    Region or None
-        None when it leaves the image.
+    By its corners (n, 2) in the last frame and the one before it, NaN where one was hidden [px],
+    and the image's ``shape`` (h, w).
     """
     both = np.zeros(0) if before is None else np.isfinite((last - before)[:, 0])
     moved = np.median((last - before)[both], axis=0) if both.any() else np.zeros(2)

@@ -31,24 +31,13 @@ SETTLED = 0.02
 
 @dataclass(frozen=True)
 class PairCalibration:
-    """Two cameras and the transform between them.
+    """Two cameras and the transform between them."""
 
-    Attributes
-    ----------
-    fit : Problem
-        Of both.
-    covariance : (24, 24) array
-        Of both cameras' nine numbers, and of the transform.
-    cameras : (Calibration, Calibration)
-        As the pairs determine them too.
-    rejected : dict
-        View whose two pictures are of different moments, to the reason.
-    """
-
-    fit: Problem = field(repr=False)
+    fit: Problem = field(repr=False)  # of both
+    # (24, 24), of both cameras' nine numbers, and of the transform
     covariance: NDArray = field(repr=False)
-    cameras: tuple[Calibration, Calibration]
-    rejected: Mapping[str, str]
+    cameras: tuple[Calibration, Calibration]  # as the pairs determine them too
+    rejected: Mapping[str, str]  # view whose two pictures are of different moments, to the reason
 
     @property
     def second_from_first(self) -> NDArray:

@@ -147,10 +147,7 @@ class BoardRefiner:
         return fit, False
 
     def _result(self, fit: _Fit, start: NDArray, points: NDArray) -> MarkerPose | None:
-        """The pose, if it looks like the target near where it was looked for.
-
-        Its covariance is of the samples' noise, and of what all edges are off together.
-        """
+        """The pose, if it looks like the target near where it was looked for."""
         left = np.sqrt(fit.variance) / max(fit.contrast, 1e-9)
         if left > MOST_LEFT or fit.contrast < LEAST_CONTRAST or fit.weight.mean() < LEAST_SEEN:
             return None
@@ -159,6 +156,7 @@ class BoardRefiner:
         )
         if not np.abs(after - before).max() < FARTHEST_PX:
             return None
+        # Of the samples' noise, and of what all edges are off together.
         noise = np.linalg.inv(fit.jacobian.T @ (fit.jacobian * fit.weight[:, None]))[:6, :6]
         edges = corner_cofactor(points, fit.pose, self.camera)
         covariance = noise * fit.variance + edges * self.systematic_px**2
@@ -200,27 +198,24 @@ class BoardRefiner:
         return w[:, 0] / w[:, 2], w[:, 1] / w[:, 2], w[:, 2], inverse
 
     def _fit(self, seen: _Pixels, pose: NDArray, blur: float, occluded: float) -> _Fit:
-        """Shading that fits a pose best, what is left, and the derivatives.
-
-        Cameras don't store brightness in proportion: what lies between black and white is bent by
-        two terms more than a straight line has.
-        """
+        """Shading that fits a pose best, what is left, and the derivatives."""
         u, v, w, inverse = self._place(seen.rays, pose)
         turned = place_derivatives(u, v, w, inverse, pose, self.unit_m)
         pixel = pixel_sizes(u, v, w, inverse, self.camera)
-        seen_so = self.print.blurred(u, v, blur * pixel[0], blur * pixel[1])
-        white = seen_so.white
+        white, *by_place, by_blur_u, by_blur_v = self.print.blurred(
+            u, v, *(blur * p for p in pixel)
+        )
         bend = white * (1 - white)
         ramp = np.column_stack([np.ones_like(u), u, v, seen.sites])
         count = ramp.shape[1]
+        # Cameras don't store brightness in proportion: between black and white it is bent.
         basis = np.column_stack([ramp, white[:, None] * ramp, bend, bend * (1 - 2 * white)])
         shading, weight = _shading(basis, seen.values, occluded)
         gain = ramp @ shading[count : 2 * count]
         gain += shading[-2] * (1 - 2 * white) + shading[-1] * (1 - 6 * bend)
-        by_pose = gain[:, None] * (
-            seen_so.by_u[:, None] * turned[0] + seen_so.by_v[:, None] * turned[1]
-        )
-        by_blur = gain * (seen_so.by_blur_u * pixel[0] + seen_so.by_blur_v * pixel[1])
+        by_u, by_v = (by[:, None] * turn for by, turn in zip(by_place, turned, strict=True))
+        by_pose = gain[:, None] * (by_u + by_v)
+        by_blur = gain * (by_blur_u * pixel[0] + by_blur_v * pixel[1])
         model = basis @ shading
         contrast = np.ptp(model)
         limit = occluded * contrast

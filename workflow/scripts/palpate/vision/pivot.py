@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, takewhile
 from math import ceil
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from palpate.units import MILLIMETRES
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera, camera_from_spec
-from palpate.vision.pose import by_turn, pose_by_optics
+from palpate.vision.pose import by_turn, projected
 
 # Two poses determine the tip of a handle that turns freely; noise and slides need more.
 FEWEST_POSES = 10
@@ -50,32 +50,18 @@ RESTED = "poses: expected the tip to rest at one place, found it"
 
 @dataclass(frozen=True)
 class Pivot:
-    """A tip, and how well the poses determine it.
+    """A tip, and how well the poses determine it."""
 
-    Attributes
-    ----------
-    tip_m : (3,) array
-        In the target's frame.
-    covariance : (3, 3) array
-        Of the tip, for frames whose errors are independent, and for the optics' [m^2].
-    pivot_m : (3,) array
-        Where it rested, camera frame.
-    residuals_m : (n, 3) array
-        Of each frame, how far from there its pose puts the tip, camera frame.
-    kept : (n,) bool array
-        Frames that count.
-    turn_deg : (3,) array
-        Root mean square by which the target's directions turned, the least first.
-    optics_covariance : (3, 3) array or None, optional
-        What of the covariance is the optics', where the poses' camera is known.
-    """
-
-    tip_m: NDArray
+    tip_m: NDArray  # (3,), in the target's frame
+    # (3, 3), of the tip, for frames whose errors are independent, and for the optics' [m^2]
     covariance: NDArray
-    pivot_m: NDArray
+    pivot_m: NDArray  # (3,), where it rested, camera frame
+    # (n, 3), of each frame, how far from there its pose puts the tip, camera frame
     residuals_m: NDArray
-    kept: NDArray
+    kept: NDArray  # (n,) bool, frames that count
+    # (3,), root mean square by which the target's directions turned, the least first
     turn_deg: NDArray
+    # (3, 3), what of the covariance is the optics', where the poses' camera is known
     optics_covariance: NDArray | None = None
 
     @property
@@ -101,18 +87,18 @@ class Pivot:
         how = f"determined, to {std_m * MILLIMETRES:.2g} mm in the worst direction"
         if std_m <= LARGEST_STD_M:
             return f"tip: {how}"
+        how = f"tip: not {how}"
         if optics_m >= LARGEST_STD_M:
             only = f"{optics_m * MILLIMETRES:.2g} mm are the optics' alone"
-            return f"tip: not {how}: {only}: calibrate the camera"
+            return f"{how}: {only}: calibrate the camera"
         # A deviation goes down with the turn, and with the square root of the number of frames.
         factor = np.sqrt((std_m**2 - optics_m**2) / (LARGEST_STD_M**2 - optics_m**2))
         tilt = min(factor, max(1, FARTHEST_DEG / self.turn_deg[0]))
         frames = ceil(self.kept.sum() * (factor / tilt) ** 2)
         if frames > MOST_FRAMES:
-            todo = f"{MOST_FRAMES} frames would not determine it: bring the board nearer"
-            return f"tip: not {how}: {todo}"
+            return f"{how}: {MOST_FRAMES} frames would not determine it: bring the board nearer"
         todo = f"tilt it {tilt:.1f} times as far" if tilt > 1.05 else "tilt it as far"
-        return f"tip: not {how}: {todo}, in {frames} frames"
+        return f"{how}: {todo}, in {frames} frames"
 
     def left_out(self, names: Sequence[str]) -> dict[str, float]:
         """Frames that were left out, and how far off they are [m]."""
@@ -154,11 +140,11 @@ def fit_pivot(camera_from_marker: NDArray, kept: NDArray | None = None) -> Pivot
     as one.
     """
     kept = np.ones(len(camera_from_marker), dtype=bool) if kept is None else kept
-    (tip, pivot), off, by_frame = _fit(camera_from_marker, kept)
-    parts, count = np.einsum("inj,nj->ni", by_frame[0], off), kept.sum()
+    (tip, pivot), off, (by_tip, _) = _fit(camera_from_marker, kept)
+    parts, count = np.einsum("inj,nj->ni", by_tip, off), kept.sum()
     covariance = parts.T @ parts * alike(off[kept]) * count / (count - 2)
-    turn = turned(camera_from_marker[kept, :3, :3])[0]
-    return Pivot(tip, covariance, pivot, off, kept, np.degrees(turn))
+    turn_deg = np.degrees(turned(camera_from_marker[kept, :3, :3])[0])
+    return Pivot(tip, covariance, pivot, off, kept, turn_deg)
 
 
 def find_pivot(
@@ -203,9 +189,10 @@ def find_pivot(
     _check_residual(found.rms_m)
     if board is None:
         return found
-    # Each pose is off as the optics are, and the tip is the least squares' of all poses.
-    camera = camera_from_spec(spec)
-    each = np.stack([pose_by_optics(board.points_m, pose, camera) for pose in poses])
+    # Corners stay where they are seen: each pose is off as the optics are, (6, 9), and the tip is
+    # the least squares' of all poses.
+    pairs = (projected(board.points_m, pose, camera_from_spec(spec))[1:] for pose in poses)
+    each = np.stack([np.linalg.lstsq(*pair, rcond=None)[0] for pair in pairs])
     placed = by_turn(poses[:, :3, :3] @ found.tip_m) @ each[:, :3] + each[:, 3:]
     moved = np.einsum("inj,njk->ik", _fit(poses, np.ones(len(poses)))[2][0], placed)
     part = moved @ optics_covariance(spec) @ moved.T
@@ -253,7 +240,6 @@ def _inliers(poses: NDArray, names: Sequence[str]) -> NDArray:
     for _ in range(MOST_ROUNDS):
         (tip, _), off, _ = _fit(poses, weights)
         length = np.linalg.norm(off, axis=1)
-        # Poses without noise leave rounding alone.
         median = max(float(np.median(length)), SETTLED_M)
         if np.linalg.norm(tip - before) < SETTLED_M:
             break
@@ -282,12 +268,8 @@ def alike(off: NDArray, least: float = LEAST_SHARED) -> float:
     Correlations below the least are taken for chance.
     """
     count, square = len(off), max((off**2).mean(), SETTLED_M**2)
-    total = 1.0
-    for lag in range(1, count // 3):
-        shared = (off[lag:] * off[:-lag]).mean() / square
-        if shared < least:
-            break
-        total += 2 * shared
+    shared = ((off[lag:] * off[:-lag]).mean() / square for lag in range(1, count // 3))
+    total = 1 + 2 * sum(takewhile(lambda one: one >= least, shared))
     return min(total, count / MOST_STRETCHES)
 
 
@@ -327,25 +309,22 @@ def _check_place(found: Pivot, *, by_camera: bool) -> None:
             f" {away_m:.3g} m away (unit of the poses?)"
         )
     if by_camera and away_m > camera_m:
+        where = f"{away_m * MILLIMETRES:.0f} and {camera_m * MILLIMETRES:.0f} mm away"
         raise ValueError(
-            f"poses: expected the tip nearer to the board than to the camera, found it"
-            f" {away_m * MILLIMETRES:.0f} and {camera_m * MILLIMETRES:.0f} mm away (camera from"
-            " board, or the other way?)"
+            f"poses: expected the tip nearer to the board than to the camera, found it {where}"
+            " (camera from board, or the other way?)"
         )
 
 
 def _check_residual(off_m: float) -> None:
     if off_m > LARGEST_OFF_M:
-        raise ValueError(
-            f"{RESTED} {off_m * MILLIMETRES:.2g} mm apart (root mean square of all frames; unit of"
-            " the poses? order of the quaternion?)"
-        )
+        hint = "root mean square of all frames; unit of the poses? order of the quaternion?"
+        raise ValueError(f"{RESTED} {off_m * MILLIMETRES:.2g} mm apart ({hint})")
 
 
 def _check_rest(poses: NDArray, names: Sequence[str]) -> None:
     """Reject a pivot that is elsewhere for a while, by more than a frame's noise, and surely."""
-    count = len(poses)
-    stretches = min(MOST_STRETCHES, count // SHORTEST)
+    count, stretches = len(poses), min(MOST_STRETCHES, len(poses) // SHORTEST)
     edges, whiles = np.arange(stretches + 1) * count // stretches, []
     # What comes before a while at the recording's end is a while too.
     for first, last in combinations(edges[:-1], 2):

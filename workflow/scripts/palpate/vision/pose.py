@@ -32,27 +32,14 @@ CORNERS, REFINED = "corners", "photometric"
 
 @dataclass(frozen=True)
 class MarkerPose:
-    """Where the board is.
+    """Where the board is."""
 
-    Attributes
-    ----------
-    camera_from_marker : (4, 4) array
-        Rigid transform [m].
-    covariance : (6, 6) array
-        Of a rotation vector applied in the camera frame and of the origin's place [rad, m].
-    inliers : int
-        Corners that RANSAC kept; 0 of a pose that is not from corners.
-    reprojection_error_px : float
-        Root mean square over the inliers [px].
-    refined : bool
-        Whether it is from the picture of all that is printed.
-    """
-
-    camera_from_marker: NDArray
+    camera_from_marker: NDArray  # (4, 4), rigid transform [m]
+    # (6, 6), of a rotation vector applied in the camera frame and of the origin's place [rad, m]
     covariance: NDArray
-    inliers: int = 0
-    reprojection_error_px: float = np.nan
-    refined: bool = False
+    inliers: int = 0  # corners that RANSAC kept; 0 of a pose that is not from corners
+    reprojection_error_px: float = np.nan  # root mean square over the inliers [px]
+    refined: bool = False  # whether it is from the picture of all that is printed
 
 
 def candidate_poses(
@@ -104,7 +91,7 @@ def candidate_poses(
 
 
 def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None]:
-    """Choose among the candidates of all frames those that fit best and turn least.
+    """Choose among each frame's candidates those that fit best and turn least, or None.
 
     The cheapest path through the frames (Viterbi): a candidate costs its misfit in units of the
     best fits' error, a step from frame to frame the square of its turn in units of an operator's in
@@ -114,31 +101,22 @@ def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None
     ----------
     candidates : sequence of sequence of MarkerPose
         Of each frame; empty where the board was not seen.
-
-    Returns
-    -------
-    list of MarkerPose or None
-        One for each frame.
     """
     seen = [k for k, poses in enumerate(candidates) if poses]
     chosen: list[MarkerPose | None] = [None] * len(candidates)
     if not seen:
         return chosen
     scale = max(np.median([candidates[k][0].reprojection_error_px for k in seen]), 1e-6)
+    turns = [np.stack([pose.camera_from_marker[:3, :3] for pose in candidates[k]]) for k in seen]
     costs, origins = [], []
     for place, k in enumerate(seen):
         misfit = np.array(
             [pose.inliers * (pose.reprojection_error_px / scale) ** 2 for pose in candidates[k]]
         )
         if place:
-            before = seen[place - 1]
-            first, second = (
-                np.stack([pose.camera_from_marker[:3, :3] for pose in candidates[frame]])
-                for frame in (before, k)
-            )
-            cosine = (np.einsum("aij,bij->ab", first, second) - 1) / 2
-            turns = np.arccos(np.clip(cosine, -1, 1)) / OPERATOR_TURN_RAD
-            steps = turns**2 / (k - before) ** 2
+            cosine = (np.einsum("aij,bij->ab", *turns[place - 1 : place + 1]) - 1) / 2
+            angles = np.arccos(np.clip(cosine, -1, 1)) / OPERATOR_TURN_RAD
+            steps = angles**2 / (k - seen[place - 1]) ** 2
             paths = costs[-1][:, None] + np.minimum(steps, DEAREST_STEP)
             origins.append(paths.argmin(axis=0))
             misfit = misfit + paths.min(axis=0)
@@ -151,44 +129,15 @@ def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None
 
 
 def point_covariance(camera_from_marker: NDArray, covariance: NDArray, point_m: NDArray) -> NDArray:
-    """Covariance of a point fixed to the board, camera frame, shape (3, 3) [m^2].
-
-    Parameters
-    ----------
-    camera_from_marker : (4, 4) array
-    covariance : (6, 6) array
-        Of the pose; see `MarkerPose`.
-    point_m : (3,) array
-        The point in the marker frame [m].
-    """
+    """Covariance (3, 3) of a board's point (3,) [m], camera frame, by its pose's (`MarkerPose`)."""
     jacobian = np.hstack([by_turn(camera_from_marker[:3, :3] @ point_m), np.eye(3)])
     return jacobian @ covariance @ jacobian.T
 
 
 def corner_cofactor(points_m: NDArray, pose: NDArray, camera: PinholeCamera) -> NDArray:
-    """Covariance of a pose from corners with independent errors of one pixel, (6, 6).
-
-    Parameters
-    ----------
-    points_m : (n, 3) array
-        Corners in the marker frame [m].
-    pose : (4, 4) array
-        camera_from_marker.
-    camera : PinholeCamera
-    """
+    """Covariance (6, 6) of a pose (4, 4) by corners (n, 3) with independent errors of a pixel."""
     _, by_pose, _ = projected(points_m, pose, camera)
     return np.linalg.inv(by_pose.T @ by_pose)
-
-
-def pose_by_optics(points_m: NDArray, pose: NDArray, camera: PinholeCamera) -> NDArray:
-    """Derivatives of a pose by the optics that its corners are read with, (6, 9).
-
-    Of a rotation vector applied in the camera frame and of the shift, by fx_px, fy_px, cx_px,
-    cy_px, k1, k2, p1, p2, k3, the corners staying where they are seen; see `corner_cofactor` for
-    the parameters.
-    """
-    _, by_pose, by_optics = projected(points_m, pose, camera)
-    return -np.linalg.lstsq(by_pose, by_optics, rcond=None)[0]
 
 
 def projected(
@@ -211,18 +160,7 @@ def by_turn(places: NDArray) -> NDArray:
 
 
 def averages(table: pd.DataFrame) -> pd.DataFrame:
-    """Means over the workspace at each reprojection threshold (Eq. 4.22).
-
-    Parameters
-    ----------
-    table : DataFrame
-        workspace.csv: what is found of a resting tip at each point, method and threshold.
-
-    Returns
-    -------
-    DataFrame
-        By ``threshold_px``: ``found`` as a part of the frames, and the means of the other columns.
-    """
+    """Means of workspace.csv at each ``threshold_px`` (Eq. 4.22); ``found`` as a part of frames."""
     ours = table[table["method"] == CORNERS]
     groups = ours.groupby("threshold_px")
     means = groups[[name for name in ours if name.startswith(("std_", "inl", "repr"))]].mean()
