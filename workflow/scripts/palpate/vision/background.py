@@ -23,22 +23,15 @@ SHAPES |= dict.fromkeys(("brightness_threshold", "threshold"), ())
 
 @dataclass(frozen=True)
 class BackgroundModel:
-    """The four values of each background pixel, and the thresholds that go with them.
+    """The four values of each background pixel, and the thresholds that go with them."""
 
-    Attributes
-    ----------
-    mean, std : (h, w, c) float32 arrays
-        Expected colour E and its deviation S (Eq. 4.13, 4.14) [grey levels].
-    brightness_rms, chromaticity_rms : (h, w) float32 arrays
-        a and b of Eq. 4.17.
-    brightness_threshold, threshold : float
-        Of the normalised distortions of Eq. 4.18: of brightness, and tau_CD of Eq. 4.19.
-    """
-
+    # (h, w, c) float32, expected colour E and its deviation S (Eq. 4.13, 4.14) [grey levels]
     mean: NDArray
     std: NDArray
+    # (h, w) float32, a and b of Eq. 4.17
     brightness_rms: NDArray
     chromaticity_rms: NDArray
+    # of the normalised distortions of Eq. 4.18: of brightness, and tau_CD of Eq. 4.19
     brightness_threshold: float
     threshold: float
 
@@ -63,10 +56,6 @@ def build_model(frames: Sequence[NDArray], *, false_positive_rate: float) -> Bac
         Read one at a time and more than once; may be lazy.
     false_positive_rate : float
         Part of background pixels that may be taken for foreground, before morphology.
-
-    Returns
-    -------
-    BackgroundModel
 
     Raises
     ------
@@ -103,18 +92,7 @@ def build_model(frames: Sequence[NDArray], *, false_positive_rate: float) -> Bac
 
 
 def distortion(model: BackgroundModel, image: NDArray) -> tuple[NDArray, NDArray]:
-    """Normalised distortions of brightness and of chromaticity (Eq. 4.15, 4.16, 4.18).
-
-    Parameters
-    ----------
-    model : BackgroundModel
-    image : (h, w, 3) or (h, w) uint8 array
-
-    Returns
-    -------
-    brightness, chromaticity : (h, w) float32 arrays
-        The chromaticity of grey images is zero.
-    """
+    """Normalised distortions (h, w) of brightness and chromaticity (Eq. 4.15, 4.16, 4.18)."""
     bright, chroma = _distortions(model.mean, model.std, model.channels(image))
     return bright / model.brightness_rms, chroma / model.chromaticity_rms
 

@@ -34,12 +34,7 @@ COVARIANCE = "tip_covariance_m2"
 def calibrated_probe(spec: Mapping, paths: Sequence[str | Path]) -> Mapping:
     """The probe's file, with numbers and deviations of a sensor's calibrations where it asks.
 
-    Parameters
-    ----------
-    spec : mapping
-        The probe's file.
-    paths : sequence of paths
-        load.json, tip.json and stiffness.json, those that the file asks for at least.
+    The paths are of load.json, tip.json and stiffness.json, those that it asks for at least.
 
     Raises
     ------
@@ -63,17 +58,7 @@ def calibrated_probe(spec: Mapping, paths: Sequence[str | Path]) -> Mapping:
 def placed_sensor(spec: Mapping, paths: Sequence[str | Path]) -> Mapping:
     """The sensor's file, with the place of a robot's or tracker's base where it asks for it.
 
-    Parameters
-    ----------
-    spec : mapping
-        The sensor's file.
-    paths : sequence of paths
-        Calibrations of a run, among which hand_eye.json may be.
-
-    Returns
-    -------
-    mapping
-        Still asking where none of them is hand_eye.json.
+    It still asks where none of the paths, a run's calibrations, is hand_eye.json.
 
     Raises
     ------
@@ -125,11 +110,7 @@ def _with_tip(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping:
 
 
 def _with_payload(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping:
-    """The payload, and the sensor's rotation against the target; its place stays the file's.
-
-    So does that of a tip that was found in the target's frame, or is compared with such a one; a
-    drawing's turns with the sensor.
-    """
+    """The payload, and the sensor's rotation against the target; its place stays the file's."""
     taken = dict(spec)
     if spec.get("load") == CALIBRATION:
         mass, name = ("mass_kg", "mass_std_kg"), "centre_of_mass_m"
@@ -144,6 +125,7 @@ def _with_payload(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping:
         transform[:3, :3], std_rad = _axes(path, fields, transform[:3, :3])
         taken |= {"marker_from_force": transform.tolist(), "axes_std_rad": std_rad}
         taken["axes"] = CALIBRATED
+        # A tip that is found in the target's frame stays there; a drawing's turns with the sensor.
         if COVARIANCE in spec or spec.get("tip") == CALIBRATION:
             taken = with_tip_at(taken, marker_from_tip(spec)[:3, 3])
     return taken

@@ -22,12 +22,10 @@ from palpate.vision.options import Clouds, SupportPlane
 from palpate.vision.probe import AXIS, TIP, marker_transforms
 from palpate.vision.support_plane import SAMPLES, fit_support_plane, height_above
 
-# So far may the object lie beside where template and tip put it (an operator misses the declared
-# point by 10 mm, an indentation from the side goes as deep), and above it (noise, and the
-# table's) [m].
+# How far the object may lie beside where template and tip put it (an operator misses the point by
+# 10 mm, an indentation from the side goes as deep), and above it (noise, and the table's) [m].
 BESIDE_M, ABOVE_M = 0.020, 0.010
-# A point is dropped whose mean distance to so many neighbours exceeds the mean by so many standard
-# deviations.
+# A point goes whose mean distance to so many neighbours is so many deviations above the mean.
 OUTLIER_NEIGHBOURS, OUTLIER_RATIO = 20, 2.0
 # The points nearest to the tip say which piece is the object: some 4 cm2.
 AT_TIP = 100
@@ -39,24 +37,12 @@ AT_ORIGIN = np.zeros(3)
 
 
 class Reach(NamedTuple):
-    """What the object's template and its pressed point say of how far it reaches.
+    """What the object's template and its pressed point say of how far it reaches."""
 
-    Attributes
-    ----------
-    tip_m : (3,) array
-        Tip's centre when it presses most, camera frame [m].
-    beside_m : float
-        Of the template from the declared point, along the table [m].
-    height_m : float
-        Of the template above the table [m].
-    plane : (4,) array
-        The table, camera frame (`palpate.vision.support_plane.fit_support_plane`).
-    """
-
-    tip_m: NDArray
-    beside_m: float
-    height_m: float
-    plane: NDArray
+    tip_m: NDArray  # (3,), tip's centre when it presses most, camera frame [m]
+    beside_m: float  # of the template from the declared point, along the table [m]
+    height_m: float  # of the template above the table [m]
+    plane: NDArray  # (4,), the table as `fit_support_plane` finds it, camera frame
 
     def holds(self, points_m: NDArray) -> NDArray:
         """Whether points may be the object's by their distance from table and tip, shape (n,)."""
@@ -66,33 +52,21 @@ class Reach(NamedTuple):
 
 
 class ProbePlace(NamedTuple):
-    """Where the probe is in a frame, and what of the scene is taken for it.
+    """Where the probe is in a frame, and what of the scene is taken for it."""
 
-    Attributes
-    ----------
-    tip_m, axis : (3,) arrays
-        Tip's centre [m] and pressing direction, camera frame.
-    board_m, sheet_m : (3,) and (4, 3) arrays, or None
-        Centre of the target, and the corners around its sheet, camera frame [m].
-    exclusion : mapping
-        The block of the probe's file.
-    eye_m : (3,) array
-        Where the camera is [m].
-    """
-
+    # (3,), tip's centre [m] and pressing direction, camera frame
     tip_m: NDArray
     axis: NDArray
+    # (3,) and (4, 3), centre of the target and the corners around its sheet, camera frame [m]
     board_m: NDArray | None
     sheet_m: NDArray | None
-    exclusion: Mapping
-    eye_m: NDArray = AT_ORIGIN
+    exclusion: Mapping  # the block of the probe's file
+    eye_m: NDArray = AT_ORIGIN  # (3,), where the camera is [m]
 
     def holds(self, points_m: NDArray) -> NDArray:
         """Whether points lie near the axis above the tip, the tip or the target, shape (n,).
 
-        Up to ``stem_m`` above the tip the probe is as thin as the tip, and then as wide as its
-        handle. What is seen through the target's sheet is the target too, wherever its repeating
-        pattern was matched: it is only found when nothing stands before it.
+        Up to ``stem_m`` above the tip the probe is as thin as the tip, then as wide as its handle.
         """
         offset = points_m - self.tip_m
         along = offset @ self.axis
@@ -106,6 +80,8 @@ class ProbePlace(NamedTuple):
             return found
         away = np.linalg.norm(points_m - self.board_m, axis=1)
         found |= away < self.exclusion["board_radius_m"]
+        # What is seen through the target's sheet is the target too, wherever its repeating pattern
+        # was matched: it is only found when nothing stands before it.
         sheet, sight = self.sheet_m - self.eye_m, points_m - self.eye_m
         sides = sight @ np.cross(sheet, np.roll(sheet, -1, axis=0)).T
         return found | (sides > 0).all(axis=1) | (sides < 0).all(axis=1)
@@ -133,8 +109,7 @@ def probe_places(
     x, y = half + max(margin, 0.0)
     around = np.array([[0, 0, 0], [-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
     transforms = marker_transforms(poses)
-    turned = (centre + around) @ transforms[:, :3, :3].swapaxes(1, 2)
-    places = turned + transforms[:, None, :3, 3]
+    places = (centre + around) @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3]
     rows = zip(*path, places[:, 0], places[:, 1:], strict=True)
     return [ProbePlace(*row, exclusion, eye_m) for row in rows]
 
@@ -185,10 +160,7 @@ def scene_cloud(images: Mapping, sensor: Mapping, wanted: NDArray | None = None)
 
 
 def table_of(folder: str | Path, sensor: Mapping, options: SupportPlane, *, seed: int) -> NDArray:
-    """Plane of the table as `fit_support_plane` finds it, (4,).
-
-    From all frames of a background; of clouds without one from the first frame of a capture.
-    """
+    """Plane (4,) of the table by a background, or by the first frame of a capture of clouds."""
     rng, eye_m, turn = np.random.default_rng(seed), viewpoint_of(sensor), np.eye(3)
     empty = sensor["kind"] != "cloud" or Path(folder).name == BACKGROUND
     images = all_streams(folder, sensor, None if empty else [0])
@@ -198,8 +170,7 @@ def table_of(folder: str | Path, sensor: Mapping, options: SupportPlane, *, seed
         # In axes of a camera there: z ahead, and y as far down as can be.
         axes = [[0, 0, 1.0], [0, -1.0, 0]], [points.mean(axis=0), [0, 0, 1.0]]
         turn = Rotation.align_vectors(*axes, weights=[np.inf, 1])[0].as_matrix()
-    within = {"inlier_distance_m": options.inlier_distance_m}
-    plane = fit_support_plane(points @ turn.T, **within, rng=rng, empty=empty)
+    plane = fit_support_plane(points @ turn.T, **dict(options), rng=rng, empty=empty)
     normal = plane[:3] @ turn
     return np.append(normal, plane[3] - normal @ eye_m)
 
@@ -338,7 +309,7 @@ def read_clouds(path: str | Path) -> Film:
 
 
 def _checked(points: NDArray, normals: NDArray, count: ArrayLike) -> Cloud:
-    for name, array in (("points_m", points), ("normals", normals)):
+    for name, array in zip(Cloud._fields, (points, normals), strict=True):
         if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind != "f":
             found = f"{array.dtype} of shape {array.shape}"
             raise ValueError(f"{name}: expected numbers of shape (n, 3), found {found}")

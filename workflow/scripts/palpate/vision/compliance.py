@@ -46,28 +46,16 @@ LARGEST_STD_M_N, STIFF_N_M = 0.02e-3 / 5, 1e5
 
 @dataclass(frozen=True)
 class Compliance:
-    """Compliance of a probe, and how well the indentation determines it.
+    """Compliance of a probe, and how well the indentation determines it."""
 
-    Attributes
-    ----------
-    compliance_m_n, compliance_std_m_n : float
-        Way of each newton, and its standard deviation [m/N].
-    samples : int
-        In contact.
-    force_n : (float, float)
-        Least and greatest of them.
-    rms_m : float
-        Root mean square of what the line leaves of the way.
-    bow_m, gap_m : (float, float)
-        How far the way bows from its chord, how far unloading lies from loading, each with its
-        standard deviation; the gap is nan where the record has one of both alone.
-    """
-
+    # way of each newton, and its standard deviation [m/N]
     compliance_m_n: float
     compliance_std_m_n: float
-    samples: int
-    force_n: tuple[float, float]
-    rms_m: float
+    samples: int  # in contact
+    force_n: tuple[float, float]  # least and greatest of them
+    rms_m: float  # root mean square of what the line leaves of the way
+    # how far the way bows from its chord, how far unloading lies from loading, each with its
+    # standard deviation; the gap is nan where the record has one of both alone
     bow_m: tuple[float, float]
     gap_m: tuple[float, float]
 
@@ -136,26 +124,20 @@ def recorded_press(
     *,
     contact_n: float = CONTACT_N,
 ) -> tuple[NDArray, NDArray]:
-    """How far the tip went [m] and what it pressed with [N], along the pressed frames' mean axis.
+    """How far the tip went [m] and its force [N], (n,), along the pressed frames' mean axis.
 
     The force's offset is the unloaded sensor's before the indentation; the payload weighs the same
     in all frames of a handle that does not turn.
 
     Parameters
     ----------
-    table : DataFrame
-        Of `palpate.vision.follow.board_followed`.
-    record : DataFrame
-        force.csv of the recording.
+    table, record : DataFrame
+        Of `palpate.vision.follow.board_followed`, and force.csv of the recording.
     probe : mapping
         With ``marker_from_force`` and ``force_from_tip``, and ``gauge`` where the record is volts.
     options : Force
     contact_n : float
         Frames above it are pressed.
-
-    Returns
-    -------
-    (n,) array, (n,) array
 
     Raises
     ------
@@ -233,12 +215,7 @@ def find_compliance(
 def _departures(
     way: NDArray, force: NDArray, direction: NDArray
 ) -> tuple[list[tuple[float, float]], float]:
-    """What a line has not, each with its deviation, and by what variances are larger.
-
-    A bow over its chord, and a gap of loading (direction 1) and unloading (-1) where there are
-    both. Errors of neighbours are correlated where a target's error changes with its place: so many
-    independent samples are fewer, as of a first-order autoregression.
-    """
+    """Bow over its chord, gap of loading (1) and unloading (-1) if any; what variances grow by."""
     part = (force - force.min()) / np.ptp(force)
     each = min(int((direction > 0).sum()), int((direction < 0).sum()))
     gap = [-direction / 2] if each >= max(2, FEWEST_OF_EACH * len(force)) else []
@@ -246,6 +223,8 @@ def _departures(
     parts = np.linalg.lstsq(rows, way, rcond=None)[0]
     off = way - rows @ parts
     square = float(off @ off)
+    # Errors of neighbours are correlated where a target's error changes with its place: independent
+    # samples are fewer, as of a first-order autoregression.
     alike = float(off[1:] @ off[:-1]) / square if square > 0 else 0.0
     alike = min(max(alike, 0.0), MOST_AUTOCORRELATION)
     factor = (1 + alike) / (1 - alike)
@@ -285,8 +264,8 @@ def _check_way(found: Compliance) -> None:
         )
     if _is_off(found.bow_m, MOST_BOWED * whole_m):
         raise ValueError(
-            f"way: expected it in proportion to the force, found it {_of(found.bow_m)} mm off its"
-            f" chord of {whole} {over} (does what is pressed give way itself, or the"
+            f"way: expected it in proportion to the force, found it {_mm(*np.abs(found.bow_m))} mm"
+            f" off its chord of {whole} {over} (does what is pressed give way itself, or the"
             " board's glue?)"
         )
     if found.determined and found.stiffness_n_m < LEAST_STIFFNESS_N_M:
@@ -296,10 +275,10 @@ def _check_way(found: Compliance) -> None:
             " presses (is what is pressed rigid, the unit of the way right, a screw loose?)"
         )
     if _is_off(found.gap_m, MOST_APART * whole_m):
+        off = _mm(*np.abs(found.gap_m))
         raise ValueError(
-            f"way: expected loading and unloading alike, found unloading {_of(found.gap_m)} mm off"
-            f" where the way is {whole} {over} (slower; does something slide or creep,"
-            " are the clocks apart?)"
+            f"way: expected loading and unloading alike, found unloading {off} mm off where the way"
+            f" is {whole} {over} (slower; does something slide or creep, are the clocks apart?)"
         )
 
 
@@ -308,9 +287,5 @@ def _is_off(value: tuple[float, float], most_m: float) -> bool:
     return abs(value[0]) > max(SURE * value[1], most_m, LEAST_OFF_M)
 
 
-def _of(value: tuple[float, float]) -> str:
-    return f"{_mm(abs(value[0]))} +- {_mm(value[1])}"
-
-
-def _mm(length_m: float) -> str:
-    return f"{length_m * MILLIMETRES:.2g}"
+def _mm(*lengths_m: float) -> str:
+    return " +- ".join(f"{length_m * MILLIMETRES:.2g}" for length_m in lengths_m)

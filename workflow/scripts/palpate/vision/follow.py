@@ -71,9 +71,8 @@ def followed(
     time_s = read_frames(folder)["time_s"].to_numpy()
     if (Path(folder) / POSES).is_file():
         poses = placed_poses(read_poses(folder), time_s, sensor)
-        expected = f"expected poses at most {LARGEST_GAP_S:g} s apart about the frames"
-        sought = f"{Path(folder) / POSES}: {expected}"
-        return pose_table(poses, time_s, probe, options, sought=sought)
+        sought = f"expected poses at most {LARGEST_GAP_S:g} s apart about the frames"
+        return pose_table(poses, time_s, probe, options, sought=f"{Path(folder) / POSES}: {sought}")
     frames = Stream(folder, sensor, samples=True)
     table = track_probe(frames, time_s, sensor, probe, options)
     require_agreement(folder, sensor, probe["marker"], table)
@@ -115,27 +114,18 @@ def board_followed(
             f"{folder}: marker: expected its corners within {threshold_px:g} px, found in none of"
             f" {len(found)} frames"
         )
-    transforms = np.array([found[k].camera_from_marker for k in seen])
     times_s = read_frames(folder)["time_s"].to_numpy()[seen]
     poses = pd.DataFrame({"frame": seen, "time_s": times_s, "detected": 1})
-    poses = poses.join(marker_columns(transforms))
+    poses = poses.join(marker_columns(np.array([found[k].camera_from_marker for k in seen])))
     require_agreement(folder, sensor, marker, poses.set_index("frame").reindex(range(len(found))))
     return poses
 
 
 def disagreement(first: ArrayLike, second: ArrayLike) -> tuple[float, float] | None:
-    """Compare one motion as two streams show it.
+    """Root mean squares of how far two streams' motions are apart, as given and when sorted.
 
-    Parameters
-    ----------
-    first, second : (n,) array
-        The same coordinate in each frame, but for a constant [mm or px].
-
-    Returns
-    -------
-    (float, float) or None
-        Root mean square of how far they are apart, as given and when both are sorted; None unless
-        it is the frames' order that is wrong, and nothing else.
+    None unless it is the frames' order that is wrong, and nothing else. The motions (n,) are one
+    coordinate in each frame, but for a constant [mm or px].
     """
     one, other = (np.asarray(values, dtype=float) for values in (first, second))
     if len(one) < FEWEST_FRAMES:
@@ -169,9 +159,8 @@ def require_agreement(
     """
     folder, (first, stream) = Path(folder), image_streams(sensor)
     names, place = read_frames(folder)[stream], f"{folder / FRAMES}: {stream}"
-    seen = np.flatnonzero(poses["detected"] == 1)
+    seen, is_pair = np.flatnonzero(poses["detected"] == 1), sensor["kind"] == "stereo"
     paths, boards = [folder / names[k] for k in seen], marker_transforms(poses.iloc[seen])
-    is_pair = sensor["kind"] == "stereo"
     found = np.array([*(_in_pairs if is_pair else _in_depths)(paths, boards, sensor, marker)])
     if len(found) < FEWEST_FRAMES:
         text = "%s: the board is not compared with that of %s: in %d frames, of %d at least"
@@ -197,8 +186,7 @@ def require_agreement(
 def _require_scale(distances_m: NDArray, sensor: Mapping, marker: Mapping, stream: str) -> None:
     """Compare the board's distance by its corners with that by the second stream, (n, 2) [m]."""
     by_corners, by_stream = np.median(distances_m, axis=0)
-    scale = by_corners / by_stream
-    largest = LARGEST_SCALE[sensor["kind"]]
+    scale, largest = by_corners / by_stream, LARGEST_SCALE[sensor["kind"]]
     if 1 / largest <= scale <= largest:
         return
     side, things = ("square_m", "squares") if "square_m" in marker else ("tag_m", "tags")
@@ -235,13 +223,10 @@ def _in_pairs(
 def _in_depths(
     paths: Sequence[Path], boards: NDArray, sensor: Mapping, marker: Mapping
 ) -> Iterator[tuple]:
-    """Distance of the board by its corners and by the depth images [mm, mm, m, m].
-
-    Both are taken where the board is in all depth images, as the corners say, so that an image
-    says the same whichever corners it is compared with.
-    """
+    """Distance of the board by its corners and by the depth images [mm, mm, m, m]."""
     camera, spec = camera_from_spec(sensor["depth"]), sensor["depth"]
     boards = np.linalg.inv(np.array(spec["color_from_depth"])) @ boards
+    # An image says the same here whichever corners it is compared with.
     places_px = _always_board(boards, camera, marker)
     if len(places_px) < FEWEST_READINGS:
         return

@@ -29,23 +29,12 @@ FORCE = WRENCH[:3]
 
 @dataclass(frozen=True)
 class ForceRecord:
-    """A record of wrenches on the sensor, its offset taken out.
+    """A record of wrenches on the sensor, its offset taken out."""
 
-    Attributes
-    ----------
-    time_s : (m,) array
-    wrench : (m, 6) array
-        Force frame [N, Nm].
-    zero_s : (float, float)
-        From when to when the sensor was taken for unloaded [s].
-    columns : tuple of str
-        Of force.csv, that were taken.
-    """
-
-    time_s: NDArray
-    wrench: NDArray
-    zero_s: tuple[float, float]
-    columns: tuple[str, ...]
+    time_s: NDArray  # (m,)
+    wrench: NDArray  # (m, 6), force frame [N, Nm]
+    zero_s: tuple[float, float]  # from when to when the sensor was taken for unloaded [s]
+    columns: tuple[str, ...]  # of force.csv, that were taken
 
     def within(self, time_s: NDArray) -> NDArray:
         """Whether times lie where the offset was taken, (n,)."""

@@ -109,12 +109,9 @@ class Classifier:
         return found.reshape(self.model.mean.shape[:2])
 
     def _without_mixed(self, mask: NDArray, image: NDArray) -> NDArray:
-        """Drop the rim's pixels that hold more of the background than of what lies before it.
-
-        A little foreground in a pixel is enough to tell it from the background, so masks reach
-        too far by about half the lens's blur. The foreground's colour is taken from the nearest
-        pixel that lies deeper.
-        """
+        """Drop the rim's pixels that hold more of the background than of what lies before it."""
+        # A little foreground in a pixel tells it from the background: masks reach too far by half
+        # the lens's blur. The foreground's colour is that of the nearest pixel that lies deeper.
         found, core = mask == 1, cv2.erode(mask, _disc(2 * RIM_PX + 1))
         if not core.any():
             return found
@@ -195,15 +192,12 @@ def _unpacked(packed: NDArray, shape: NDArray) -> NDArray:
 
 
 def _require_still(shifts_px: Sequence[NDArray], largest_px: float, *, at_end: bool) -> None:
-    """Hold the last frames' median to the limit: a bump stays, noise and a stand's shake do not.
-
-    A camera that shakes is compared with no less than the median of so many frames resolves.
-    """
+    """Hold the last frames' median to the limit: a bump stays, noise and a stand's shake do not."""
     last = np.array(shifts_px[-STAYS:])
     if np.isnan(last).all() or (len(last) < STAYS and not at_end):
         return
     moved_px = np.linalg.norm(np.nanmedian(last, axis=0), axis=1).max()
-    # Deviation of a frame's place along an axis, by the median step.
+    # No less than the median of so many frames resolves: by the median step along an axis.
     steps = np.abs(np.diff(np.array(shifts_px), axis=0))
     usual = np.nanmedian(steps) if np.isfinite(steps).any() else 0.0
     median_px = MEDIAN_BY_MEAN * (usual * FROM_MEDIAN / np.sqrt(2)) / np.sqrt(len(last))

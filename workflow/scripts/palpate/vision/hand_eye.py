@@ -47,40 +47,25 @@ Frames = tuple[NDArray, NDArray, float]
 
 @dataclass(frozen=True)
 class HandEye:
-    """Where the camera is in the base frame, and how well the poses determine it.
+    """Where the camera is in the base frame, and how well the poses determine it."""
 
-    Attributes
-    ----------
-    camera_from_base, tracked_from_target : (4, 4) arrays
-    covariance : (6, 6) array
-        Of a rotation vector applied in the camera frame and of the shift of `camera_from_base`
-        [rad, m]; what the optics are wrong by is in it.
-    clock_offset_s, clock_offset_std_s : float
-        Of the poses' clock minus the camera's.
-    std_m, turn_std_rad : float
-        Deviations of a place where the poses were and of the camera's turn, the worst ways.
-    residual_px : float
-        Root mean square distance of corners from where these frames have them.
-    worse : float
-        How many times farther off poses are than stated; 1 where they may be as stated.
-    poses : int
-    left_out_m : dict
-        Poses that were left out, and how far the target is from where the others have it.
-    turn_deg : (3,) array
-        Root mean square by which the base's directions turned, the least first.
-    """
-
-    camera_from_base: NDArray
-    tracked_from_target: NDArray
+    camera_from_base: NDArray  # (4, 4)
+    tracked_from_target: NDArray  # (4, 4)
+    # (6, 6), of a rotation vector applied in the camera frame and of the shift of
+    # `camera_from_base` [rad, m]; what the optics are wrong by is in it
     covariance: NDArray
+    # of the poses' clock minus the camera's
     clock_offset_s: float
     clock_offset_std_s: float
+    # deviations of a place where the poses were and of the camera's turn, the worst ways
     std_m: float
     turn_std_rad: float
-    residual_px: float
-    worse: float
+    residual_px: float  # root mean square distance of corners from where these frames have them
+    worse: float  # how many times farther off poses are than stated; 1 where they may be as stated
     poses: int
+    # poses that were left out, and how far the target is from where the others have it
     left_out_m: dict[str, float]
+    # (3,), root mean square by which the base's directions turned, the least first
     turn_deg: NDArray
 
     @property

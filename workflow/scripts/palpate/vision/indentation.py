@@ -52,11 +52,9 @@ def capture_path(
 
     Returns
     -------
-    DataFrame
-        force.csv: of `frame_wrenches`, of the frames.
-    DataFrame
-        path.csv: `PATH` of probe_pose.csv and the force, in the frames and between them.
-    ClockOffset
+    DataFrame, DataFrame, ClockOffset
+        force.csv: of `frame_wrenches`, of the frames; path.csv: `PATH` of probe_pose.csv and the
+        force, in the frames and between them.
 
     Raises
     ------
@@ -77,11 +75,8 @@ def capture_path(
 def _at_own_rate(
     folder: Path, poses: pd.DataFrame, sensor: Mapping, probe: Mapping, window_s: float
 ) -> pd.DataFrame:
-    """Poses at the frames and, a window apart, between them; tips by all poses of the window.
-
-    The forces there are of the same window: of a shorter one their noise would be a depth's of
-    tenths of a millimetre where the contact begins.
-    """
+    """Poses at the frames and, a window apart, between them; tips by all poses of the window."""
+    # By a shorter one the forces' noise would be a depth's of tenths of a millimetre.
     tracked, frames_s = read_poses(folder), poses["time_s"].to_numpy(float)
     step_s = float(np.median(np.diff(tracked.time_s)))
     parts = np.fmax(np.rint(np.diff(frames_s) / max(window_s, step_s)), 1).astype(int)
@@ -114,25 +109,17 @@ def capture_wrenches(
     *,
     up: NDArray,
 ) -> tuple[pd.DataFrame, ClockOffset]:
-    """Wrench on the object at every frame, with the offset of the clocks.
+    """Wrench on the object at every frame, of `frame_wrenches`, and the offset of the clocks.
 
     Parameters
     ----------
-    record : DataFrame
-        force.csv of the capture.
-    poses : DataFrame
-        probe_pose.csv.
+    record, poses : DataFrame
+        force.csv of the capture and its probe_pose.csv.
     sensor, probe : mapping
         The sensor's file and the probe's.
     options : Force
     up : (3,) array
         Upward direction, camera frame.
-
-    Returns
-    -------
-    DataFrame
-        Of `frame_wrenches`.
-    ClockOffset
 
     Raises
     ------
@@ -149,12 +136,9 @@ def capture_wrenches(
 
 
 def depth_along(poses: pd.DataFrame) -> tuple[NDArray, NDArray]:
-    """Tip's place along the mean pressing direction, and its standard deviation, (n,) [m].
+    """Tip's place along the mean pressing direction, and its standard deviation, (n,) each [m].
 
-    Parameters
-    ----------
-    poses : DataFrame
-        probe_pose.csv; frames without a marker get the largest deviation.
+    Frames of probe_pose.csv without a marker get the largest deviation.
     """
     axis = poses[AXIS].to_numpy(float).mean(axis=0)
     axis /= np.linalg.norm(axis)
@@ -192,8 +176,7 @@ def frame_wrenches(
         By whose ``matching`` the averaged reading nearest in time is taken, as the study does, or
         a line through all samples around the frame, which leaves less noise.
     up : (3,) array, optional
-        Upward direction in the camera frame, along which the load's weight is taken out; it is
-        left in without.
+        Upward direction, camera frame; without it the payload's weight is left in.
     clock_offset_s : float, optional
         Force clock minus camera clock [s].
 
@@ -209,12 +192,11 @@ def frame_wrenches(
     """
     frames_s, nearest_alone = poses["time_s"].to_numpy(float), options.matching == "nearest"
     read = known.averaged() if nearest_alone else known
-    time_s, wrench = read.time_s - clock_offset_s, read.wrench
+    time_s = read.time_s - clock_offset_s
     nearest, gap_s = match_nearest(frames_s, time_s, largest_gap_s=options.largest_gap_s)
-    if nearest_alone:
-        wrench = wrench[nearest]
-    else:
-        wrench = _local_lines(frames_s, time_s, wrench, options.linear_window_s)
+    wrench = read.wrench[nearest]
+    if not nearest_alone:
+        wrench = _local_lines(frames_s, time_s, read.wrench, options.linear_window_s)
     turns = marker_transforms(poses)[:, :3, :3] @ np.array(probe["marker_from_force"])[:3, :3]
     if up is not None and "load" in probe:
         resting = known.within(frames_s + clock_offset_s)
@@ -235,14 +217,8 @@ def check_indentation(table: pd.DataFrame, axis: NDArray, radius_m: float) -> No
     Pressure and friction act on the sphere's surface: about its centre their torque is at most the
     radius times the force, whatever they are.
 
-    Parameters
-    ----------
-    table : DataFrame
-        Of `frame_wrenches`.
-    axis : (n, 3) array
-        Pressing direction at each frame, camera frame.
-    radius_m : float
-        Of the sphere.
+    Of `frame_wrenches`, with the pressing direction at each frame (n, 3), camera frame, and the
+    sphere's radius.
 
     Raises
     ------
@@ -279,13 +255,7 @@ def check_indentation(table: pd.DataFrame, axis: NDArray, radius_m: float) -> No
 def weight_wrenches(camera_from_force: NDArray, up: NDArray, load: Mapping) -> NDArray:
     """Weight of the sensor's payload, about its origin, force frame, (n, 6) [N, Nm].
 
-    Parameters
-    ----------
-    camera_from_force : (n, 3, 3) array
-    up : (3,) array
-        Upward unit vector, camera frame.
-    load : mapping
-        ``mass_kg`` and ``centre_of_mass_m`` of the probe's file.
+    By rotations (n, 3, 3), the upward unit vector (3,), and the ``load`` of the probe's file.
     """
     force = load["mass_kg"] * GRAVITY_M_S2 * -np.einsum("nji,j->ni", camera_from_force, up)
     return np.hstack([force, np.cross(np.array(load["centre_of_mass_m"]), force)])

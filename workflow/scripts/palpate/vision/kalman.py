@@ -17,7 +17,7 @@ def smooth_tip(
     *,
     acceleration_std_m_s2: float = ACCELERATION_STD_M_S2,
 ) -> NDArray:
-    """Smooth a tip's path, each axis for itself, across gaps.
+    """Smooth a tip's path (n, 3) [m], each axis for itself, across gaps.
 
     A constant-velocity Kalman filter and the smoother of Rauch, Tung and Striebel.
 
@@ -31,31 +31,15 @@ def smooth_tip(
         Standard deviations of the measurements [m], finite and above 0.
     acceleration_std_m_s2 : float, optional
         Standard deviation of the tip's acceleration [m/s^2].
-
-    Returns
-    -------
-    (n, 3) array
-        Smoothed positions [m].
     """
     columns = zip(tip_m.T, tip_std_m.T, strict=True)
-    paths = [_smooth(time_s, *column, acceleration_std_m_s2) for column in columns]
-    return np.column_stack(paths)
+    return np.column_stack([_smooth(time_s, *column, acceleration_std_m_s2) for column in columns])
 
 
 def study_filter(values: NDArray) -> NDArray:
-    """Scalar Kalman filter of Eq. 4.21 with the study's constants, down each column.
+    """Scalar Kalman filter of Eq. 4.21 with the study's constants, down each column of (n, k).
 
     Its model is a point that rests, so a moving tip is followed late: about 2.7 frames on a ramp.
-
-    Parameters
-    ----------
-    values : (n, k) array
-        Measurements.
-
-    Returns
-    -------
-    (n, k) array
-        Estimates; the first is the first measurement.
     """
     estimate, covariance = values[0].astype(float), P0
     path = [estimate]

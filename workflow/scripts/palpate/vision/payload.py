@@ -53,36 +53,18 @@ LEVEL_STD_RAD = radians(0.5) / sqrt(3)
 
 @dataclass(frozen=True)
 class Payload:
-    """A payload of the sensor, and how well the poses determine it.
-
-    Attributes
-    ----------
-    mass_kg : float
-    centre_of_mass_m : (3,) array
-        In the force sensor's frame.
-    bias : (6,) array
-        What the sensor reads without a payload [N, Nm].
-    marker_from_force : (3, 3) array
-        Rotation of the sensor in the target's frame.
-    covariance : (13, 13) array
-        Of `UNKNOWNS`: mass [kg], rotation vector in the force frame [rad], bias of the forces [N],
-        centre of mass [m], and bias of the torques [Nm].
-    residuals : (n, 6) array
-        Of each pose [N, Nm].
-    kept : (n,) bool array
-        Poses that count.
-    weight_n : (n, 3) array
-        Of the payload at each pose, force frame [N].
-    """
+    """A payload of the sensor, and how well the poses determine it."""
 
     mass_kg: float
-    centre_of_mass_m: NDArray
-    bias: NDArray
-    marker_from_force: NDArray
+    centre_of_mass_m: NDArray  # (3,), in the force sensor's frame
+    bias: NDArray  # (6,), what the sensor reads without a payload [N, Nm]
+    marker_from_force: NDArray  # (3, 3), rotation of the sensor in the target's frame
+    # (13, 13), of `UNKNOWNS`: mass [kg], rotation vector in the force frame [rad], bias of the
+    # forces [N], centre of mass [m], and bias of the torques [Nm]
     covariance: NDArray
-    residuals: NDArray
-    kept: NDArray
-    weight_n: NDArray
+    residuals: NDArray  # (n, 6), of each pose [N, Nm]
+    kept: NDArray  # (n,) bool, poses that count
+    weight_n: NDArray  # (n, 3), of the payload at each pose, force frame [N]
 
     @property
     def std(self) -> NDArray:

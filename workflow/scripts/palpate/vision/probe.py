@@ -87,10 +87,8 @@ def pose_table(
     ----------
     poses : sequence of MarkerPose or None
         Of each frame.
-    time_s : (n,) array
-        Times of the frames [s].
-    probe : mapping
-    options : ProbePose
+    time_s, probe, options
+        As of `track_probe`.
     sought : str
         What was sought in each frame, as messages say it: subject, colon, what was expected.
 
@@ -126,22 +124,10 @@ def pose_table(
 
 
 def placed_poses(record: PoseRecord, time_s: NDArray, sensor: Mapping) -> list[MarkerPose | None]:
-    """Poses of a tracked frame in the camera frame at some times, each with its own noise.
+    """Poses of a tracked frame in the camera frame at some times (n,) [s], with their own noise.
 
-    The error of ``camera_from_base`` is not in their covariance: all of them share it.
-
-    Parameters
-    ----------
-    record : PoseRecord
-    time_s : (n,) array
-        The record's clock [s].
-    sensor : mapping
-        The sensor's file, whose block ``base`` places the record's base.
-
-    Returns
-    -------
-    list of MarkerPose or None
-        None inside a gap of the record; see `PoseRecord.at`.
+    None inside a gap of the record (`PoseRecord.at`). The error of ``camera_from_base``, by which
+    the sensor's file places the record's base, is not in their covariance: all of them share it.
 
     Raises
     ------
@@ -167,10 +153,9 @@ def recorded_poses(
 ) -> list[MarkerPose | None]:
     """`board_poses` of images as `track_probe` takes them, of a probe file's ``marker`` block."""
     camera, board = camera_from_spec(sensor["color"]), board_of(marker)
-    encoding, refine = sensor["color"]["encoding"], None
+    encoding, follow, refine = sensor["color"]["encoding"], CornerFollower(board), None
     if options.refinement == "photometric":
         refine = BoardRefiner(camera, board, encoding=encoding)
-    follow = CornerFollower(board)
     raw = encoding == "bayer_rggb8"
     frames = (
         (follow(grey(demosaic(image, encoding))), image if raw else grey(image)) for image in images
@@ -209,12 +194,13 @@ def board_poses(
         if corners is not None:
             found = candidate_poses(corners, camera, board, threshold_px=threshold_px)
         for pose in found:
-            if pose.reprojection_error_px > AMBIGUOUS_RATIO * found[0].reprojection_error_px:
+            count, error_px = pose.inliers, pose.reprojection_error_px
+            if error_px > AMBIGUOUS_RATIO * found[0].reprojection_error_px:
                 continue
             hidden = ~np.isfinite(corners[:, 0])
-            better = refine and refine(samples, pose.camera_from_marker, hidden)
-            known = {name: getattr(pose, name) for name in ("inliers", "reprojection_error_px")}
-            likely.append(pose if better is None else replace(better, **known))
+            if better := refine and refine(samples, pose.camera_from_marker, hidden):
+                pose = replace(better, inliers=count, reprojection_error_px=error_px)
+            likely.append(pose)
         candidates.append(likely)
     return settle(candidates)
 

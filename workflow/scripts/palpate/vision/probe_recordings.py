@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import compress
 from pathlib import Path
 
 import numpy as np
@@ -82,9 +83,9 @@ def stated_poses(source: Path, unit: str = "m") -> tuple[list[str], NDArray, lis
         That names file and field, if there is no pose or a wrong one.
     """
     names, poses = _matrices(source, unit) if source.is_dir() else _rows(source)
-    lost = ~(np.isfinite(poses).all(axis=(1, 2)) & poses[:, :3, :3].any(axis=(1, 2)))
-    left_out = [name for name, out in zip(names, lost, strict=True) if out]
-    names, poses = [name for name in names if name not in left_out], poses[~lost]
+    seen = np.isfinite(poses).all(axis=(1, 2)) & poses[:, :3, :3].any(axis=(1, 2))
+    left_out = [*compress(names, ~seen)]
+    names, poses = [name for name in names if name not in left_out], poses[seen]
     if not names:
         raise ValueError(f"{source}: poses: expected some, found {len(left_out)} that were lost")
     for name, pose in zip(names, poses, strict=True):
@@ -150,24 +151,13 @@ def turns_of(table: pd.DataFrame) -> NDArray:
 
 @dataclass(frozen=True)
 class StaticPoses:
-    """Poses at rest and the mean readings at them.
+    """Poses at rest and the mean readings at them."""
 
-    Attributes
-    ----------
-    names : sequence of str
-        What errors call them.
-    turns : (n, 3, 3) array
-        Rotations camera_from_marker.
-    wrench : (n, 6) array
-        Of the force sensor [N, Nm].
-    noise : (6,) array or None, optional
-        Standard deviation of each channel's mean, where it is known; of one that does not leave a
-        step of its numbers, at least that of a number that is rounded to it.
-    """
-
-    names: Sequence[str]
-    turns: NDArray
-    wrench: NDArray
+    names: Sequence[str]  # what errors call them
+    turns: NDArray  # (n, 3, 3), rotations camera_from_marker
+    wrench: NDArray  # (n, 6), of the force sensor [N, Nm]
+    # (6,), standard deviation of each channel's mean, where it is known; of one that does not leave
+    # a step of its numbers, at least that of a number that is rounded to it
     noise: NDArray | None = None
 
 
@@ -176,10 +166,8 @@ def static_poses(table: pd.DataFrame, record: pd.DataFrame, probe: Mapping) -> S
 
     Parameters
     ----------
-    table : DataFrame
-        Of `palpate.vision.follow.board_followed`.
-    record : DataFrame
-        force.csv of the recording.
+    table, record : DataFrame
+        Of `palpate.vision.follow.board_followed`, and force.csv of the recording.
     probe : mapping
         With ``gauge`` where the record is volts.
 

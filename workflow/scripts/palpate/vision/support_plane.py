@@ -64,13 +64,11 @@ def fit_support_plane(
     def near(points: NDArray, plane: NDArray, distances: int = 1) -> NDArray:
         return np.abs(height_above(plane, points)) < distances * inlier_distance_m
 
-    sample = points_m[rng.choice(len(points_m), min(SAMPLES, len(points_m)), replace=False)]
+    sample = points_m[rng.choice(count, min(SAMPLES, count), replace=False)]
     found, left = [], sample
     while len(found) < PLANES and len(left) >= FEWEST_POINTS:
-        trials = (
-            _least_squares(left[rng.choice(len(left), 3, replace=False)]) for _ in range(TRIALS)
-        )
-        plane = max(trials, key=lambda trial: near(left, trial).sum())
+        threes = (left[rng.choice(len(left), 3, replace=False)] for _ in range(TRIALS))
+        plane = max(map(_least_squares, threes), key=lambda trial: near(left, trial).sum())
         for _ in range(2):
             plane = _least_squares(points_m[near(points_m, plane)])
         found.append(plane if plane[3] > 0 else -plane)
@@ -107,12 +105,7 @@ def height_above(plane: NDArray, points_m: NDArray) -> NDArray:
 
 
 def read_plane(path: str | Path) -> NDArray:
-    """Read a support_plane.json.
-
-    Returns
-    -------
-    (4,) array
-        Unit normal and offset [m], as `fit_support_plane` gives them.
+    """Unit normal and offset (4,) [m] of a support_plane.json, as `fit_support_plane` gives them.
 
     Raises
     ------
