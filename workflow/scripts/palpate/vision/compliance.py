@@ -117,12 +117,7 @@ def digits(value: float, count: int = 2) -> str:
 
 
 def recorded_press(
-    table: pd.DataFrame,
-    record: pd.DataFrame,
-    probe: Mapping,
-    options: Force,
-    *,
-    contact_n: float = CONTACT_N,
+    table: pd.DataFrame, record: pd.DataFrame, probe: Mapping, options: Force
 ) -> tuple[NDArray, NDArray]:
     """How far the tip went [m] and its force [N], (n,), along the pressed frames' mean axis.
 
@@ -136,8 +131,6 @@ def recorded_press(
     probe : mapping
         With ``marker_from_force`` and ``force_from_tip``, and ``gauge`` where the record is volts.
     options : Force
-    contact_n : float
-        Frames above it are pressed.
 
     Raises
     ------
@@ -149,10 +142,10 @@ def recorded_press(
     wrenches = frame_wrenches(known, table, probe, options)
     force, tips = wrenches[FORCE].to_numpy(), poses @ marker_from_tip(probe)
     along_n = np.einsum("ni,ni->n", force, tips[:, :3, 2])
-    pressed = along_n > contact_n
+    pressed = along_n > CONTACT_N
     if not pressed.any():
         raise ValueError(
-            f"force: expected a press above {contact_n:g} N along the probe's axis, found"
+            f"force: expected a press above {CONTACT_N:g} N along the probe's axis, found"
             f" {along_n.max():.2g} N (sign of the channels, marker_from_force?)"
         )
     axis = tips[pressed, :3, 2].mean(axis=0)
@@ -160,19 +153,14 @@ def recorded_press(
     return tips[:, :3, 3] @ axis, force @ axis
 
 
-def find_compliance(
-    way_m: NDArray, force_n: NDArray, *, contact_n: float = CONTACT_N
-) -> Compliance:
+def find_compliance(way_m: NDArray, force_n: NDArray) -> Compliance:
     """Way over force of a slow indentation of something rigid, its offset free.
 
     Parameters
     ----------
-    way_m : (n,) array
-        Of the tip along the pressing axis, by the target's poses, in the order of time.
-    force_n : (n,) array
-        Along the same axis, at the same moments.
-    contact_n : float
-        Samples above it count.
+    way_m, force_n : (n,) arrays
+        Of the tip along the pressing axis, by the target's poses, in the order of time; and the
+        force along it at the same moments.
 
     Raises
     ------
@@ -188,8 +176,8 @@ def find_compliance(
     # By its own noise a sample at the edge would be chosen where it is read too high.
     smooth = uniform_filter1d(force_n, max(1, round(SMOOTH * len(force_n))), mode="nearest")
     noise_n = noise_of(force_n) if len(force_n) >= FEWEST_OF_NOISE else 0.0
-    _check_force(force_n, smooth, contact_n, noise_n)
-    chosen, change = smooth > contact_n, np.gradient(smooth)
+    _check_force(force_n, smooth, noise_n)
+    chosen, change = smooth > CONTACT_N, np.gradient(smooth)
     change[np.abs(change) <= HELD * np.abs(change).max()] = 0
     way, force = way_m[chosen], force_n[chosen]
     departures, factor = _departures(way, force, np.sign(change[chosen]))
@@ -234,11 +222,11 @@ def _departures(
     return list(pairs)[2:], factor
 
 
-def _check_force(force: NDArray, smooth: NDArray, contact_n: float, noise_n: float) -> None:
-    chosen = smooth > contact_n
+def _check_force(force: NDArray, smooth: NDArray, noise_n: float) -> None:
+    chosen = smooth > CONTACT_N
     if chosen.sum() < FEWEST_SAMPLES:
-        expected = f"{FEWEST_SAMPLES} samples or more above {contact_n:g} N"
-        turned = (smooth < -contact_n).sum() >= FEWEST_SAMPLES
+        expected = f"{FEWEST_SAMPLES} samples or more above {CONTACT_N:g} N"
+        turned = (smooth < -CONTACT_N).sum() >= FEWEST_SAMPLES
         sign = " (presses are positive here: turn the sign?)" if turned else ""
         raise ValueError(f"force: expected {expected}, found {chosen.sum()} of {len(force)}{sign}")
     if (most := np.abs(force).max()) > STRONGEST_N:
@@ -247,7 +235,7 @@ def _check_force(force: NDArray, smooth: NDArray, contact_n: float, noise_n: flo
     least = max(LEAST_RANGE_N, LEAST_RANGE_NOISES * noise_n)
     if range_n < least:
         raise ValueError(
-            f"force: expected a press over {least:.2g} N or more above {contact_n:g} N (its noise"
+            f"force: expected a press over {least:.2g} N or more above {CONTACT_N:g} N (its noise"
             f" is {noise_n:.2g} N), found {range_n:.2g} N; press harder"
         )
 

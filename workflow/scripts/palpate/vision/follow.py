@@ -84,7 +84,7 @@ def followed(
 def board_followed(
     folder: str | Path, sensor: Mapping, marker: Mapping, options: ProbePose
 ) -> pd.DataFrame:
-    """Poses of a target in the frames of a folder that show it.
+    """Poses of a target in the frames of a folder that show it, as `track_probe` has them.
 
     Parameters
     ----------
@@ -93,12 +93,6 @@ def board_followed(
     sensor, marker : mapping
         The sensor's file, and the block of a probe's.
     options : ProbePose
-
-    Returns
-    -------
-    DataFrame
-        ``frame, time_s, detected`` and the target's pose, as `palpate.vision.probe.track_probe`
-        has them.
 
     Raises
     ------

@@ -78,11 +78,8 @@ class Payload:
 
     @property
     def axes_std_rad(self) -> float:
-        """Deviation of the sensor's turn [rad]: by the poses, and by the vertical.
-
-        A vertical that is off stays so in the camera's frame; poses that turn about it take some
-        of that back, which is not counted on.
-        """
+        """Deviation of the sensor's turn [rad]: by the poses, and by the vertical."""
+        # What poses that turn about the vertical take back of its error is not counted on.
         return hypot(radians(self.turn_std_deg), LEVEL_STD_RAD)
 
     @property

@@ -31,6 +31,7 @@ AMBIGUOUS_RATIO = 4.0
 # Of a press from the direction that is declared, about the vertical or not.
 LARGEST_SLANT_DEG = 45.0
 QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+LOST = MarkerPose(np.full((4, 4), np.nan), np.full((6, 6), np.nan))
 
 
 def marker_from_tip(probe: Mapping) -> NDArray:
@@ -108,14 +109,13 @@ def pose_table(
     tips = transforms @ fixed
     table = pd.DataFrame({"frame": range(len(poses)), "time_s": time_s})
     table["detected"] = [int(pose is not None) for pose in poses]
-    table["inliers"] = [pose.inliers if pose else 0 for pose in poses]
-    table["reprojection_error_px"] = [
-        pose.reprojection_error_px if pose else np.nan for pose in poses
-    ]
-    table["refined"] = [int(pose is not None and pose.refined) for pose in poses]
+    known = [pose or LOST for pose in poses]
+    table["inliers"] = [pose.inliers for pose in known]
+    table["reprojection_error_px"] = [pose.reprojection_error_px for pose in known]
+    table["refined"] = [int(pose.refined) for pose in known]
     table = table.join(marker_columns(transforms))
     table[RAW_TIP] = tips[:, :3, 3]
-    table[TIP_STD] = [_tip_std(pose, fixed) for pose in poses]
+    table[TIP_STD] = [_tip_std(pose, fixed) for pose in known]
     measured = np.where(table[["detected"]] == 1, tips[:, :3, 3], np.nan)
     std_m = np.hypot(np.nan_to_num(table[TIP_STD[:3]].to_numpy(float)), MEASUREMENT_STD_M)
     table[TIP] = smooth_tip(time_s, measured, std_m)
@@ -238,12 +238,10 @@ def check_steepness(
     ----------
     poses : DataFrame
         Of `track_probe`.
-    probe : mapping
-        The probe's file.
+    probe, point, support : mapping
+        The probe's file, and blocks of object.yaml.
     up : (3,) array
         The table's normal, camera frame.
-    point, support : mapping
-        Of object.yaml.
     base : mapping, optional
         The block of a sensor's file, of poses in it.
 
@@ -292,10 +290,8 @@ def _angle_deg(first: NDArray, second: NDArray) -> float:
     return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
 
-def _tip_std(pose: MarkerPose | None, fixed: NDArray) -> NDArray:
+def _tip_std(pose: MarkerPose, fixed: NDArray) -> NDArray:
     """Standard deviations of the tip along x, y, z and the pressing direction, (4,) [m]."""
-    if pose is None:
-        return np.full(4, np.nan)
     covariance = point_covariance(pose.camera_from_marker, pose.covariance, fixed[:3, 3])
     axis = pose.camera_from_marker[:3, :3] @ fixed[:3, 2]
     return np.sqrt([*np.diag(covariance), axis @ covariance @ axis])
