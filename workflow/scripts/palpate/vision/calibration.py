@@ -177,11 +177,11 @@ def _started(
     pixels = [views[view][own].astype(np.float32) for view, own in seen.items()]
     flags = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
     try:
-        _, K, *rest = cv2.calibrateCamera(points, pixels, size_px, None, None, flags=flags)
+        _, K, bent, *pose = cv2.calibrateCamera(points, pixels, size_px, None, None, flags=flags)
     except cv2.error:
         raise ValueError(f"{name}: {TILTED}, found others") from None
-    lens = np.r_[K[0, 0], K[1, 1], K[:2, 2], rest[0].ravel()[: len(TERMS)]]
-    poses = np.hstack([np.reshape(part, (-1, 3)) for part in rest[1:]])
+    lens = np.r_[K[0, 0], K[1, 1], K[:2, 2], bent.ravel()[: len(TERMS)]]
+    poses = np.hstack([np.reshape(part, (-1, 3)) for part in pose])
     if not (np.isfinite(lens).all() and np.isfinite(poses).all()):
         raise ValueError(f"{name}: {TILTED}, found others")
     corners = np.array([*views.values()], dtype=float)[:, None]

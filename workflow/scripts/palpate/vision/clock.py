@@ -272,12 +272,13 @@ class _Record:
         return np.abs(self._force(shared, errors, smooth=False) - self._force(shared, errors))
 
     def starts(self) -> NDArray:
-        """Parameters for guesses of the contact's place, (k, 6 + n)."""
-        contacts_m = self.depth_m.min() + np.array(CONTACT_GUESSES) * np.ptp(self.depth_m)
-        deepest_m = np.maximum(self.depth_m.max() - contacts_m, SCALE_M)
-        starts = np.zeros((len(contacts_m), SHARED + len(self.depth_m)))
-        starts[:, 1] = np.log(max(self.force_n.max(), SMALLEST_FORCE_N) / deepest_m**1.5)
-        starts[:, 2] = contacts_m / SCALE_M
+        """Parameters for guesses of the contact's place, a row each."""
+        starts = np.zeros((len(CONTACT_GUESSES), SHARED + len(self.depth_m)))
+        for start, part in zip(starts, CONTACT_GUESSES, strict=True):
+            contact_m = self.depth_m.min() + part * np.ptp(self.depth_m)
+            deepest = max(self.depth_m.max() - contact_m, SCALE_M)
+            stiffness = np.log(max(self.force_n.max(), SMALLEST_FORCE_N) / deepest**1.5)
+            start[[1, 2]] = stiffness, contact_m / SCALE_M
         return starts
 
     def fit(self, start: NDArray, prior_std_s: float) -> OptimizeResult:

@@ -22,8 +22,9 @@ from palpate.vision.options import Clouds, SupportPlane
 from palpate.vision.probe import AXIS, TIP, marker_transforms
 from palpate.vision.support_plane import SAMPLES, fit_support_plane, height_above
 
-# How far the object may lie beside where template and tip put it (an operator misses the point by
-# 10 mm, an indentation from the side goes as deep), and above it (noise, and the table's) [m].
+# How far the object may lie beside where template and tip put it (an operator misses the declared
+# point by 10 mm, an indentation from the side goes as deep), and above it (noise, and the
+# table's) [m].
 BESIDE_M, ABOVE_M = 0.020, 0.010
 # A point goes whose mean distance to so many neighbours is so many deviations above the mean.
 OUTLIER_NEIGHBOURS, OUTLIER_RATIO = 20, 2.0
@@ -107,10 +108,11 @@ def probe_places(
     total, excess = half.sum(), half @ half - exclusion["board_radius_m"] ** 2
     margin = (np.sqrt(max(total**2 - 2 * excess, 0.0)) - total) / 2
     x, y = half + max(margin, 0.0)
-    around = np.array([[0, 0, 0], [-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
+    corners = centre + np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
     transforms = marker_transforms(poses)
-    places = (centre + around) @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3]
-    rows = zip(*path, places[:, 0], places[:, 1:], strict=True)
+    boards = transforms[:, :3, :3] @ centre + transforms[:, :3, 3]
+    sheets = corners @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3]
+    rows = zip(*path, boards, sheets, strict=True)
     return [ProbePlace(*row, exclusion, eye_m) for row in rows]
 
 
@@ -148,19 +150,21 @@ def scene_cloud(images: Mapping, sensor: Mapping, wanted: NDArray | None = None)
             f" found them {np.median(away_m):.3g} m away (is their unit {sensor['cloud']['unit']}?)"
         )
     if sensor["kind"] == "stereo":
-        spec = sensor["color"]
+        spec, color_from_camera = sensor["color"], np.eye(4)
         depth_m = stereo_depth(images["left"], images["right"], sensor, wanted).ravel()
     else:
-        spec = sensor["depth"]
+        spec, color_from_camera = sensor["depth"], np.array(sensor["depth"]["color_from_depth"])
         depth_m = depth_of(images["depth"], spec).ravel()
     valid = (depth_m >= nearest_m) & (depth_m <= farthest_m)
     points = pixel_rays(camera_from_spec(spec))[valid] * depth_m[valid, None]
-    color_from_camera = np.array(spec.get("color_from_depth", np.eye(4)))
     return Cloud(points @ color_from_camera[:3, :3].T + color_from_camera[:3, 3])
 
 
 def table_of(folder: str | Path, sensor: Mapping, options: SupportPlane, *, seed: int) -> NDArray:
-    """Plane (4,) of the table by a background, or by the first frame of a capture of clouds."""
+    """Plane (4,) of the table as `fit_support_plane` finds it, and with its errors.
+
+    From all frames of a background; of clouds without one from the first frame of a capture.
+    """
     rng, eye_m, turn = np.random.default_rng(seed), viewpoint_of(sensor), np.eye(3)
     empty = sensor["kind"] != "cloud" or Path(folder).name == BACKGROUND
     images = all_streams(folder, sensor, None if empty else [0])

@@ -264,14 +264,14 @@ def local_plane(disparity: NDArray, valid: NDArray, window_px: int) -> NDArray:
     one = np.ones(window_px, dtype=np.float32)
     x = np.arange(window_px, dtype=np.float32) - window_px // 2
 
-    def mean(image: NDArray, *weights: NDArray) -> NDArray:
+    def averaged(image: NDArray, *weights: NDArray) -> NDArray:
         found = cv2.sepFilter2D(image, cv2.CV_32F, *weights, borderType=cv2.BORDER_CONSTANT)
         return found / np.float32(window_px**2)
 
     weight = valid.astype(np.float32)
     powers = ((one, one), (x, one), (one, x), (x * x, one), (x, x), (one, x * x))
-    n, nx, ny, nxx, nxy, nyy = (mean(weight, *power) for power in powers)
-    d, dx, dy = (mean(disparity * weight, *power) for power in powers[:3])
+    n, nx, ny, nxx, nxy, nyy = (averaged(weight, *power) for power in powers)
+    d, dx, dy = (averaged(disparity * weight, *power) for power in powers[:3])
     # Cramer's rule for the constant term; what has no plane is taken out by the tolerance later.
     minors = nxx * nyy - nxy * nxy, nx * nyy - nxy * ny, nx * nxy - nxx * ny
     determinant = n * minors[0] - nx * minors[1] + ny * minors[2]

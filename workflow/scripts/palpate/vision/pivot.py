@@ -166,8 +166,8 @@ def find_pivot(
     names : sequence of str
         What errors call the frames.
     board, spec : FlatBoard and mapping, optional
-        The target, and the ``color`` block of the sensor that saw it: what its optics are wrong by,
-        alike in all frames, is in the covariance then.
+        Both or none: the target, and the ``color`` block of the file of the sensor that saw it. The
+        covariance then includes that of the optics, whose error is the same in all frames.
     by_camera : bool, optional
         Whether the poses' frame is a camera's, which is farther from the target than the tip.
 
@@ -182,7 +182,7 @@ def find_pivot(
         raise ValueError(f"poses: expected at least {FEWEST_POSES}, found {count}")
     require_turn(camera_from_marker[:, :3, :3])
     kept = _inliers(camera_from_marker, names)
-    found, poses = fit_pivot(camera_from_marker, kept), camera_from_marker[kept]
+    poses, found = camera_from_marker[kept], fit_pivot(camera_from_marker, kept)
     require_turn(poses[:, :3, :3])
     _check_place(found, by_camera=by_camera)
     _check_rest(poses, [names[k] for k in np.flatnonzero(kept)])
@@ -240,6 +240,7 @@ def _inliers(poses: NDArray, names: Sequence[str]) -> NDArray:
     for _ in range(MOST_ROUNDS):
         (tip, _), off, _ = _fit(poses, weights)
         length = np.linalg.norm(off, axis=1)
+        # Poses without noise leave rounding alone.
         median = max(float(np.median(length)), SETTLED_M)
         if np.linalg.norm(tip - before) < SETTLED_M:
             break
@@ -269,7 +270,7 @@ def alike(off: NDArray, least: float = LEAST_SHARED) -> float:
     """
     count, square = len(off), max((off**2).mean(), SETTLED_M**2)
     shared = ((off[lag:] * off[:-lag]).mean() / square for lag in range(1, count // 3))
-    total = 1 + 2 * sum(takewhile(lambda one: one >= least, shared))
+    total = sum((2 * one for one in takewhile(lambda one: one >= least, shared)), 1.0)
     return min(total, count / MOST_STRETCHES)
 
 
