@@ -92,7 +92,11 @@ def build_model(frames: Sequence[NDArray], *, false_positive_rate: float) -> Bac
 
 
 def distortion(model: BackgroundModel, image: NDArray) -> tuple[NDArray, NDArray]:
-    """Normalised distortions (h, w) of brightness and chromaticity (Eq. 4.15, 4.16, 4.18)."""
+    """Normalised distortions (h, w) of brightness and chromaticity (Eq. 4.15, 4.16, 4.18).
+
+    Of an image (h, w, 3), or (h, w) of grey values whose chromaticity is zero; a `ValueError` if
+    its shape is not the background's.
+    """
     bright, chroma = _distortions(model.mean, model.std, model.channels(image))
     return bright / model.brightness_rms, chroma / model.chromaticity_rms
 

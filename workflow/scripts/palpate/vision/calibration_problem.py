@@ -41,7 +41,7 @@ class Problem:
 
     points_m: NDArray  # (n, 3), the board's corners
     names: Sequence[str]  # of the views
-    # (views, 6), turn [rad] and shift [m] of the board in the first camera that sees it
+    # (views, 6), turn [rad] and shift [m] of the board in the frame of the first camera to see it
     poses: NDArray
     # (views, cameras, n, 2), corners that were found, and those that count; NaN for the others
     found_px: NDArray

@@ -104,8 +104,8 @@ def pair_fields(
 ) -> dict:
     """Both cameras, the transform between them, and what their views determine.
 
-    By ``streams`` the cameras are called; ``missing`` says of stream and view why there are no
-    corners.
+    ``streams`` are the names of the first and the second camera; ``missing`` gives by stream and
+    view why there are no corners.
     """
     first, second = streams
     return {

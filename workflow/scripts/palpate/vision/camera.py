@@ -40,7 +40,7 @@ class PinholeCamera:
         return np.array([[self.fx_px, 0, self.cx_px], [0, self.fy_px, self.cy_px], [0, 0, 1.0]])
 
     def project(self, points_m: ArrayLike) -> NDArray:
-        """Image coordinates x, y (n, 2) [px] of points (n, 3) before the camera [m] (Eq. 4.8)."""
+        """Pixel coordinates x, y (n, 2) [px] of points (n, 3), camera frame [m] (Eq. 4.8)."""
         points = np.asarray(points_m, dtype=float).reshape(-1, 3)
         if not len(points):
             return np.zeros((0, 2))
@@ -49,7 +49,7 @@ class PinholeCamera:
         return pixels.reshape(-1, 2)
 
     def rays(self, pixels_px: ArrayLike) -> NDArray:
-        """Directions (n, 3) with z = 1 through pixels x, y (n, 2) [px], without distortion."""
+        """Directions (n, 3) with z = 1 through pixels x, y (n, 2) [px], distortion taken out."""
         pixels = np.asarray(pixels_px, dtype=float).reshape(-1, 2)
         if any(self.distortion):
             lens = self.matrix, np.array(self.distortion)
@@ -80,7 +80,10 @@ def camera_from_spec(spec: Mapping) -> PinholeCamera:
 
 
 def with_calibration(sensor: Mapping, calibration: Mapping) -> dict:
-    """A sensor's file with the optics of its own calibration.json: both cameras', and Eq. 4.12."""
+    """A sensor's file with the optics of its own calibration.json: both cameras', and Eq. 4.12.
+
+    Sizes, encodings and what depth's numbers mean stay the file's.
+    """
     found = dict(sensor)
     for block, stream in (("color", "color"), ("depth", "infrared")):
         camera = calibration["cameras"][stream]
@@ -95,7 +98,7 @@ def with_calibration(sensor: Mapping, calibration: Mapping) -> dict:
 
 
 def sensor_with_optics(spec: Mapping, optics_path: str | Sequence | None) -> Mapping:
-    """`with_calibration` of calibration.json at a path; an empty one leaves the sensor's file."""
+    """The sensor's file `with_calibration` of a calibration.json; as it is without a path."""
     if not optics_path:
         return spec
     return with_calibration(spec, json.loads(Path(str(optics_path)).read_text(encoding="utf-8")))
@@ -132,7 +135,7 @@ def rectified(
 ) -> tuple[PinholeCamera, float]:
     """The left camera of a pair, left and right, after rectification, and the baseline [m].
 
-    It has no distortion; both rectified pictures are its.
+    It has no distortion; both rectified pictures are its. ``right_from_left`` is (4, 4) [m].
 
     Raises
     ------

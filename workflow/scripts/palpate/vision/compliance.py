@@ -159,8 +159,8 @@ def find_compliance(way_m: NDArray, force_n: NDArray) -> Compliance:
     Parameters
     ----------
     way_m, force_n : (n,) arrays
-        Of the tip along the pressing axis, by the target's poses, in the order of time; and the
-        force along it at the same moments.
+        Of the tip along the pressing axis, by the target's poses, in the order of time [m]; and the
+        force along it at the same moments [N].
 
     Raises
     ------

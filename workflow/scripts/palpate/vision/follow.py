@@ -86,6 +86,8 @@ def board_followed(
 ) -> pd.DataFrame:
     """Poses of a target in the frames of a folder that show it, as `track_probe` has them.
 
+    Columns ``frame, time_s, detected`` and those of the target's pose.
+
     Parameters
     ----------
     folder : path
@@ -116,10 +118,10 @@ def board_followed(
 
 
 def disagreement(first: ArrayLike, second: ArrayLike) -> tuple[float, float] | None:
-    """Root mean squares of how far two streams' motions are apart, as given and when sorted.
+    """Root mean square distances of two streams' motions, as given and when both are sorted.
 
-    None unless it is the frames' order that is wrong, and nothing else. The motions (n,) are one
-    coordinate in each frame, but for a constant [mm or px].
+    None unless it is the frames' order that is wrong, and nothing else. The motions (n,) are the
+    same coordinate in each frame, but for a constant [mm or px].
     """
     one, other = (np.asarray(values, dtype=float) for values in (first, second))
     if len(one) < FEWEST_FRAMES:

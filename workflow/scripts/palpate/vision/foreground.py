@@ -110,7 +110,7 @@ class Classifier:
 
     def _without_mixed(self, mask: NDArray, image: NDArray) -> NDArray:
         """Drop the rim's pixels that hold more of the background than of what lies before it."""
-        # A little foreground in a pixel tells it from the background: masks reach too far by half
+        # A pixel with a little foreground differs from the background: masks reach too far by half
         # the lens's blur. The foreground's colour is that of the nearest pixel that lies deeper.
         found, core = mask == 1, cv2.erode(mask, _disc(2 * RIM_PX + 1))
         if not core.any():
@@ -192,7 +192,7 @@ def _unpacked(packed: NDArray, shape: NDArray) -> NDArray:
 
 
 def _require_still(shifts_px: Sequence[NDArray], largest_px: float, *, at_end: bool) -> None:
-    """Hold the last frames' median to the limit: a bump stays, noise and a stand's shake do not."""
+    """Check the last frames' median shift: a bump stays, noise and a stand's shake do not."""
     last = np.array(shifts_px[-STAYS:])
     if np.isnan(last).all() or (len(last) < STAYS and not at_end):
         return

@@ -54,7 +54,7 @@ class HandEye:
     # (6, 6), of a rotation vector applied in the camera frame and of the shift of
     # `camera_from_base` [rad, m]; what the optics are wrong by is in it
     covariance: NDArray
-    # of the poses' clock minus the camera's
+    # of the poses' clock minus the camera's [s]
     clock_offset_s: float
     clock_offset_std_s: float
     # deviations of a place where the poses were and of the camera's turn, the worst ways
@@ -250,7 +250,8 @@ def _tracked(views: Views, delay_s: float) -> NDArray:
 def _fitted(
     views: Views, board: FlatBoard, camera: PinholeCamera, frames: Frames, weak: NDArray
 ) -> Frames:
-    """Frames that fit best by views and what is known without them, deviations (13,)."""
+    """Frames that fit best, each view counting as it does at those given."""
+    # The deviations (13,) of what is known without views keep steps finite that none determines.
     white = np.linalg.inv(np.linalg.cholesky(_linear(views, board, camera, frames).spread))
 
     def stepped(x: NDArray) -> Frames:
@@ -275,13 +276,15 @@ def _fitted(
 
 
 def _first_frames(views: Views, points_m: NDArray) -> tuple[Frames, NDArray]:
-    """Frames by which most views are near, and which are, (n,) bool: the best of few views'."""
+    """Frames by which most views are near, and which are, (n,) bool."""
+    # The best of closed forms of few views, so that one that is off does not count: M. Shah,
+    # Solving the robot-world/hand-eye calibration problem using the Kronecker product, J.
+    # Mechanisms Robotics 5 (2013), Section 3.
     B, C = views.base_from_tracked, views.camera_from_target
     rng, count, found = np.random.default_rng(0), len(B), []
     corners = np.column_stack([points_m, np.ones(len(points_m))]).T
     for trial in range(TRIES if count > START_VIEWS else 1):
         few = rng.choice(count, START_VIEWS, replace=False) if trial else np.arange(count)
-        # M. Shah, J. Mechanisms Robotics 5 (2013), Section 3.
         pairs = zip(B[few, :3, :3], C[few, :3, :3], strict=True)
         left, _, right = np.linalg.svd(sum(np.kron(b, c) for b, c in pairs))
         left, _, right = np.linalg.svd(left[:, 0].reshape(3, 3).T)

@@ -217,8 +217,8 @@ def check_indentation(table: pd.DataFrame, axis: NDArray, radius_m: float) -> No
     Pressure and friction act on the sphere's surface: about its centre their torque is at most the
     radius times the force, whatever they are.
 
-    Of `frame_wrenches`, with the pressing direction at each frame (n, 3), camera frame, and the
-    sphere's radius.
+    The table is of `frame_wrenches`, ``axis`` (n, 3) the pressing direction at each frame, camera
+    frame, and the radius the sphere's.
 
     Raises
     ------
@@ -255,7 +255,8 @@ def check_indentation(table: pd.DataFrame, axis: NDArray, radius_m: float) -> No
 def weight_wrenches(camera_from_force: NDArray, up: NDArray, load: Mapping) -> NDArray:
     """Weight of the sensor's payload, about its origin, force frame, (n, 6) [N, Nm].
 
-    By rotations (n, 3, 3), the upward unit vector (3,), and the ``load`` of the probe's file.
+    By rotations (n, 3, 3), the upward unit vector (3,), camera frame, and ``mass_kg`` and
+    ``centre_of_mass_m`` of the probe's file.
     """
     force = load["mass_kg"] * GRAVITY_M_S2 * -np.einsum("nji,j->ni", camera_from_force, up)
     return np.hstack([force, np.cross(np.array(load["centre_of_mass_m"]), force)])

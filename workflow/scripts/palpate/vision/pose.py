@@ -91,7 +91,7 @@ def candidate_poses(
 
 
 def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None]:
-    """Choose among each frame's candidates those that fit best and turn least, or None.
+    """Choose the candidate of each frame, None where it has none, that fit best and turn least.
 
     The cheapest path through the frames (Viterbi): a candidate costs its misfit in units of the
     best fits' error, a step from frame to frame the square of its turn in units of an operator's in
@@ -129,13 +129,19 @@ def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None
 
 
 def point_covariance(camera_from_marker: NDArray, covariance: NDArray, point_m: NDArray) -> NDArray:
-    """Covariance (3, 3) of a board's point (3,) [m], camera frame, by its pose's (`MarkerPose`)."""
+    """Covariance of a point fixed to the board, camera frame, (3, 3) [m^2].
+
+    By the pose (4, 4), its covariance (6, 6) as of `MarkerPose`, and the point (3,), marker frame.
+    """
     jacobian = np.hstack([by_turn(camera_from_marker[:3, :3] @ point_m), np.eye(3)])
     return jacobian @ covariance @ jacobian.T
 
 
 def corner_cofactor(points_m: NDArray, pose: NDArray, camera: PinholeCamera) -> NDArray:
-    """Covariance (6, 6) of a pose (4, 4) by corners (n, 3) with independent errors of a pixel."""
+    """Covariance of a pose, as of `MarkerPose`, from corners with independent errors of one pixel.
+
+    By the corners (n, 3), marker frame [m], and the pose camera_from_marker (4, 4).
+    """
     _, by_pose, _ = projected(points_m, pose, camera)
     return np.linalg.inv(by_pose.T @ by_pose)
 
