@@ -10,6 +10,7 @@ from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.motion import observed_motion, rest_frames
 from palpate.estimate.direct.options import Fit, Observation, ProbeUncertainty
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
+from palpate.solid.laws import SLIDING
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.alignment import align_first, resting_prior
 from palpate.surface.options import Aligning
@@ -71,8 +72,8 @@ def direct(synthetic, motion, record):
     """What the estimate compares, with a table, options and changes of the record."""
     block = SmoothSurface(synthetic.template.vertices_m, synthetic.template.faces)
 
-    def made(options=None, table=None, surface=block, **changes):
-        given = synthetic.alignment, surface, table or synthetic.table(), synthetic.support
+    def made(options=None, table=None, surface=block, support=synthetic.support, **changes):
+        given = synthetic.alignment, surface, table or synthetic.table(), support
         return direct_indentation(replace(record, **changes), motion, *given, options or Fit())
 
     return made
@@ -140,6 +141,25 @@ def test_samples_outside_of_the_contact_near_enough_and_off_the_edges(direct, sy
     assert 50 < len(found.cell_m) < len(CELL_M)
     assert np.array_equal(found.cell_m, CELL_M[chosen])
     assert np.array_equal(found.moved_m[0] == 0, (NORMAL[chosen, 2] == 0))
+
+
+@pytest.mark.parametrize("height_m, farthest_m", [(0.06, 0.06), (0.001, 0.03), (0.3, 0.1)])
+def test_beyond_its_height_a_base_that_may_slide_is_not_compared(
+    direct, synthetic, height_m, farthest_m
+):
+    """But as far as a contact's samples need, twice the nearest, and no farther than others."""
+    whole = synthetic.table()
+    doubled = {
+        name: np.concatenate([getattr(whole, name), getattr(whole, name)[:1]])
+        for name in ("force_per_modulus_m2", "surface_displacement_m")
+    }
+    slides = replace(whole, laws=(*whole.laws, whole.laws[0] + SLIDING), **doubled)
+    base = replace(synthetic.support, plane_point_m=POINT_M - height_m * UP)
+    options = Fit(nearest_radii=0.0, nearest_m=0.015)
+    every, found = direct(options, support=base), direct(options, slides, support=base)
+    near = np.linalg.norm(every.cell_m - every.contact_m, axis=1) < farthest_m
+    assert np.array_equal(found.cell_m, every.cell_m[near])
+    assert near.all() == (farthest_m == 0.1)
 
 
 def on_top(found):

@@ -26,13 +26,13 @@ from palpate.estimate.direct.options import (
     Observation,
     ProbeUncertainty,
 )
+from palpate.estimate.direct.problem import compared_m
 from palpate.estimate.direct.samples import ProbeInView, RestSurface, Samples, samples_of
 from palpate.estimate.direct.table import SampleTable, axes_across, force_table, sample_table
 from palpate.estimate.hertz.indentation import force_onset
 from palpate.noise import Noise, by_target
 from palpate.open3d_core import o3d, scene_of
 from palpate.solid.indentation_table import IndentationModel
-from palpate.solid.load import hertz_contact_radius
 from palpate.solid.support import Support
 from palpate.surface.sharp_edges import sharp_edge_distance
 from palpate.surface.template import Template
@@ -266,11 +266,11 @@ class PlannedCaptures:
     def _compared(self, samples: Samples, middle_m: NDArray, protocol: Protocol) -> NDArray:
         """Samples neither under the sphere nor too far off that the camera can see, (c,) bool."""
         options, direction = self.options, self.table.direction
-        size = {"indenter_radius_m": protocol.radius_m, "depth_m": protocol.depth_m}
-        nearest_m = options.nearest_m + options.nearest_radii * hertz_contact_radius(**size)
+        of_protocol = protocol.radius_m, protocol.depth_m
+        nearest_m, farthest_m = compared_m(self.table, self.support, options, *of_protocol)
         away = samples.cell_m - middle_m
         beside = np.linalg.norm(away - (away @ direction)[:, None] * direction, axis=1)
-        near = np.linalg.norm(away, axis=1) < options.farthest_m
+        near = np.linalg.norm(away, axis=1) < farthest_m
         near &= ~self.support.holds(samples.cell_m)
         return (beside > nearest_m) & near & self._in_view(samples, protocol.camera_m)
 

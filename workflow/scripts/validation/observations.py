@@ -21,6 +21,7 @@ import numpy as np
 import pandas as pd
 from numpy.random import Generator
 from numpy.typing import NDArray
+from palpate.estimate.direct.contact import object_from_table
 from palpate.estimate.direct.deviations import ALIKE_M
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.indentation import DirectIndentation
@@ -31,6 +32,10 @@ from palpate.modulus import columns
 from palpate.npz import read_npz
 from palpate.open3d_core import o3d, scene_of
 from palpate.plan import Noise, Planned, Protocol
+from palpate.solid.indentation_table import IndentationModel
+from palpate.solid.smooth_surface import SmoothSurface
+from palpate.surface.pose import to_camera
+from palpate.surface.template import Template
 from palpate.yaml_files import load_yaml
 from scipy.interpolate import PchipInterpolator
 from scipy.signal import lfilter
@@ -56,6 +61,8 @@ class Contact:
 
     Attributes
     ----------
+    point_m : (3,) array
+        Of the first touch, object frame [m].
     depth_m, force_n : (k,) arrays
         From 0 [m, N].
     rest_m, faces : arrays
@@ -64,6 +71,7 @@ class Contact:
         Of the surface [m].
     """
 
+    point_m: NDArray
     depth_m: NDArray
     force_n: NDArray
     rest_m: NDArray
@@ -76,7 +84,7 @@ class Contact:
         data = read_npz(path)
         moved_m = data["surface_displacement_m"].astype(float)
         surface = data["surface_rest_m"], data["surface_faces"], moved_m
-        return Contact(data["depth_m"], data["force_n"], *surface)
+        return Contact(data["point_m"], data["depth_m"], data["force_n"], *surface)
 
     def force_at(self, depth_m: NDArray) -> NDArray:
         """Elastic force at depths [N]; zero before contact."""
@@ -197,7 +205,9 @@ class Lab:
         seen_m = np.interp(time_s[exact.frames] + noise["depth_delay_s"], fine_s, path_m)
         moved_m = motion(np.maximum(seen_m, 0))[..., samples.query(exact.cell_m)[1]]
         moved_m = moved_m[:, 0] + np.tensordot(moved_m[:, 1:], off_m[1:], axes=(1, 0))
+        beside_m = self.contact.point_m - planned.table.point_m
         known = {"tip_depth_m": found_m, "depth_m": found_m[exact.frames]}
+        known["place_expected_m"] = axes_across(planned.table.direction) @ beside_m
         exact = replace(exact, **known, clock_expected_s=clock_s + error_s)
         moved_m = np.where(exact.seen, (1 + drawn["scale"]) * moved_m, np.nan)
         return planned.noisy(exact, moved_m, rest, rng, **noise["over_stated"])
@@ -232,11 +242,26 @@ def lab_of(run: Path, name: str, sensor: str, ranges: Mapping) -> Lab:
     rig = rig_of(run / "raw" / name, results / name, "01", run / "sensors", sensor)
     material = load_yaml(results / "lab" / name / "material.json")
     contact = Contact.read(results / "lab" / name / "contact-01.npz")
+    rig = (_brought(*rig[:2], contact.point_m), *rig[1:])
     noise = Noise.expected(*rig[3:], float(np.mean(ranges["distance_m"][sensor])))
     fit = Fit.read(config.get("direct", {}).get("fit", {}))
     of_guess = material["youngs_modulus_pa"], material["poisson_ratio"]
     planned = Planned(*rig, noise, *of_guess, fit)
     return Lab(planned, contact, material, ranges, ranges["noise"][sensor])
+
+
+def _brought(table: IndentationModel, template: Template, point_m: NDArray) -> IndentationModel:
+    """Bring a table from the declared point to that of the first touch, as the estimate does."""
+    surface = SmoothSurface(template.vertices_m, template.faces)
+    place = object_from_table(table, surface, point_m - table.radius_m * table.direction)
+    turn = place[:3, :3]
+    return replace(
+        table,
+        point_m=to_camera(place, table.point_m[None])[0],
+        direction=turn @ table.direction,
+        surface_rest_m=to_camera(place, table.surface_rest_m),
+        surface_displacement_m=table.surface_displacement_m @ turn.T.astype(np.float32),
+    )
 
 
 def estimates(run: Path, name: str, sensor: str, draws: int, seed: int) -> list[dict]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from palpate.npz import read_shaped, write_npz
 from palpate.open3d_core import ClosestPoints
+from palpate.solid.laws import SLIDING
 from palpate.solid.support import Support
 
 # How far a mirrored template may be from itself: scans and their meshes agree to about that [m].
@@ -70,6 +71,11 @@ class IndentationModel:
     surface_rest_m: NDArray
     surface_faces: NDArray
     surface_displacement_m: NDArray
+
+    @property
+    def slides(self) -> bool:
+        """Whether the object has a broad base that is not bonded."""
+        return self.laws[-1].endswith(SLIDING)
 
 
 def ratio_weights(ratios: NDArray, nu: float) -> tuple[NDArray, NDArray]:

@@ -45,10 +45,9 @@ class Source:
 
     Attributes
     ----------
-    name : str
+    name, unit : str
     std : float
         Its standard uncertainty, in its unit.
-    unit : str
     contributions : (7,) array
         What it adds to the standard uncertainties of `quantities.NAMES`.
     freedom : (7,) array or float

@@ -15,18 +15,16 @@ from palpate.surface.pose import to_camera
 
 # Of the force at rest, that the force of a frame must exceed.
 FORCE_DEVIATIONS = 6
-# A sphere is led to the surface from so far outside [m], until it is as near as this.
-OUTSIDE_M, TOUCHING_M, MARCHES = 0.08, 1e-7, 200
-# Still so far from it after all those steps, it was never led there.
-UNFINISHED_M = 1e-5
+# A sphere is led to the surface from so far outside, until it is as near as this; still so far from
+# it after all steps, it was never led there [m].
+OUTSIDE_M, TOUCHING_M, MARCHES, UNFINISHED_M = 0.08, 1e-7, 200, 1e-5
 # Farther from the surface than tip and template are wrong by, a tip touches nothing.
 CLEAR_M = 0.003
 # Deviations of what is known of the depth's zero that it may be off.
 LIKELY = 2.5
-# Frames at least so deep, as a part of the deepest, show where the contact is.
-DEEP = 0.5
-# And a tip that has gone no farther than this part of its way is still at rest.
-MOVED = 0.01
+# Frames at least so deep, as a part of the deepest, show where the contact is; and a tip that has
+# gone no farther than this part of its way is still at rest.
+DEEP, MOVED = 0.5, 0.01
 # The surface moves most within so many of the sphere's radii around the contact, and is to go on
 # alike so far; scans and their meshes agree to about the second [m].
 REACH_RADII, ALIKE_M = 4.0, 0.0005

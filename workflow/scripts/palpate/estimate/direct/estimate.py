@@ -33,7 +33,7 @@ class DirectEstimate:
     budget : Budget
         What each source of error adds to the moduli's deviations.
     excluded : tuple of str, optional
-        What other estimates of the object say against it, one line each (`exclusions`).
+        What other estimates say against it, one line each (`exclusions`).
     """
 
     solution: Solution

@@ -18,6 +18,7 @@ from palpate.estimate.direct.samples import (
     ClosestAtRest,
     ProbeInView,
     RestSurface,
+    Samples,
     cell_heights,
     facing_samples,
     samples_of,
@@ -31,10 +32,8 @@ from palpate.vision.clouds import viewpoint_of
 
 # A sample's own few frames at rest, against the deviation of all samples: worth so many frames.
 POOLED_FRAMES = 6.0
-# A sample is seen in so many frames at rest or more.
-FEWEST_AT_REST = 3
-# A sample with less than this part of its mean count of points was not seen.
-FEWEST_PART = 0.5
+# A sample is seen in so many frames at rest or more, and in one with this part of its mean count.
+FEWEST_AT_REST, FEWEST_PART = 3, 0.5
 # The camera must see some of the surface this near to the contact [m].
 NEAR_M = 0.04
 # At rest the tip is at least so far above the surface; depths are known to about half of it [m].
@@ -53,13 +52,11 @@ SHAPES = {
 
 
 @dataclass(frozen=True)
-class SurfaceMotion:
+class SurfaceMotion(Samples):
     """Normal displacement of a surface's samples in each frame against the frames at rest.
 
     Attributes
     ----------
-    cell_m, normal : (c, 3) arrays
-        Places on the undeformed template, object frame [m], and unit normals outward.
     moved_m : (f, c) array
         From a sample along its normal to the observed surface, less the same at rest [m]; NaN where
         the sample was not seen.
@@ -69,8 +66,6 @@ class SurfaceMotion:
         Standard deviation of the mean of the frames at rest [m].
     """
 
-    cell_m: NDArray
-    normal: NDArray
     moved_m: NDArray
     std_m: NDArray
     rest_std_m: NDArray

@@ -99,10 +99,8 @@ class ProbeUncertainty:
 
     Attributes
     ----------
-    tip_covariance_m2 : (3, 3) array or None
-        Of the tip in the target's frame [m^2].
-    compliance_std_m_n : float or None
-        Of the probe's compliance.
+    tip_covariance_m2, compliance_std_m_n : (3, 3) array, float
+        Of the tip in the target's frame [m^2], and of the probe's compliance.
     tip, compliance : {"stated", "calibrated"}
         Where each comes from.
     base : mapping or None

@@ -160,18 +160,17 @@ def direct_indentation(
         )
     middle = tips[frames].mean(axis=0)
     sharp_edges = sharp_edge_distance(template.vertices_m, template.faces, motion.cell_m)
-    nearest_m = options.nearest_m + options.nearest_radii * hertz_contact_radius(
-        indenter_radius_m=radius_m, depth_m=max(contact.pressed_m[frames].max(), 1e-6)
-    )
+    deepest_m = max(contact.pressed_m[frames].max(), 1e-6)
+    nearest_m, farthest_m = compared_m(table, support, options, radius_m, deepest_m)
     # Far enough beside the contact, and near enough to move.
     away = motion.cell_m - middle
     beside = np.linalg.norm(away - (away @ direction)[:, None] * direction, axis=1)
-    chosen = (beside > nearest_m) & (np.linalg.norm(away, axis=1) < options.farthest_m)
+    chosen = (beside > nearest_m) & (np.linalg.norm(away, axis=1) < farthest_m)
     chosen &= sharp_edges > options.crease_m
     if not chosen.any():
         raise ValueError(
-            f"samples: expected some from {nearest_m * 1e3:.0f} to {options.farthest_m * 1e3:.0f}"
-            " mm from the contact, found none"
+            f"samples: expected some from {nearest_m * 1e3:.0f} to {farthest_m * 1e3:.0f} mm from"
+            " the contact, found none"
         )
     cell, normal = motion.cell_m[chosen], motion.normal[chosen]
     pictured = np.arange(len(tips))[record.pictured]
@@ -213,6 +212,25 @@ def direct_indentation(
         table=sample_table(table, to_object(place, cell), normal @ place[:3, :3]),
         shared_roots_m=roots,
     )
+
+
+def compared_m(
+    table: IndentationModel, support: Support, options: Fit, radius_m: float, depth_m: float
+) -> tuple[float, float]:
+    """From where to where samples are compared, distances from a contact of this depth [m].
+
+    A broad base that is not bonded sticks below the contact and slides far from it, as neither of
+    the table's does: beyond about the height of the contact it moves the surface as nu would.
+    """
+    contact_m = hertz_contact_radius(indenter_radius_m=radius_m, depth_m=depth_m)
+    nearest_m, farthest_m = (
+        options.nearest_m + options.nearest_radii * contact_m,
+        options.farthest_m,
+    )
+    if table.slides:
+        height_m = float(support.heights_m(table.point_m[None])[0])
+        farthest_m = min(farthest_m, max(height_m, 2 * nearest_m))
+    return nearest_m, farthest_m
 
 
 def _check_belonging(record: ProbeRecord, motion: SurfaceMotion) -> None:

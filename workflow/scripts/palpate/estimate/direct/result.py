@@ -32,18 +32,13 @@ class CaptureFit:
     time_s, tip_depth_m : (f,) arrays
         Of all frames of the capture [s], and how deep the tip is in the object in them, its fitted
         offset and clock allowed for [m].
-    frames : (k,) int array
-        Those compared.
-    force_n : (k,) array
-        Along the indentation [N].
-    depth_m, fitted_depth_m : (k,) arrays
-        That depth in those compared, and as the force and the estimate have it [m].
-    depth_expected_std_m : (k,) array
-        Standard deviation that their difference is found to have [m].
-    moved_m, fitted_moved_m : (k, c) arrays
-        Motion of c samples of the surface; NaN where one was not seen [m].
-    moved_expected_std_m : (k, c) array
-        Standard deviation of their difference, in the same places [m].
+    frames, force_n : (k,) arrays
+        Those compared, and the force along the indentation in them [N].
+    depth_m, fitted_depth_m, depth_expected_std_m : (k,) arrays
+        That depth in those, as the force and the estimate have it, and the standard deviation that
+        their difference is found to have [m].
+    moved_m, fitted_moved_m, moved_expected_std_m : (k, c) arrays
+        The same of the motion of c samples of the surface; NaN where one was not seen [m].
     cell_m : (c, 3) array
         Places of the samples on the undeformed template, object frame [m].
     contact_m : (3,) array

@@ -238,7 +238,7 @@ def force_table(table: IndentationModel) -> SampleTable:
     force = force * np.exp(SLIDING_PART * softer)
     none, nowhere = np.empty((*force.shape, 0)), np.empty((2, *force.shape, 0))
     ratios, depth = (np.asarray(one, dtype=float) for one in (table.poisson_ratios, table.depth_m))
-    loose = softer if others[1:] else None
+    loose = softer if table.slides else None
     return SampleTable(ratios, depth, force, stiffening, none, none, nowhere, loose)
 
 

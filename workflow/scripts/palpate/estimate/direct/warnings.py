@@ -17,18 +17,16 @@ from palpate.estimate.direct.indentation import FORCE_LAW, MOTION_LAW, residuals
 from palpate.estimate.direct.prior import FARTHEST_LAW
 from palpate.modulus import CONFIDENCE, LABELS, NOT_JUDGED, Modulus
 
-# Of a Poisson's ratio that was given, from what the captures say.
-FAR_DEVIATIONS = 2.0
+# Of a Poisson's ratio that was given, from what the captures say, and of a material-law parameter
+# from its prior's mean.
+FAR_DEVIATIONS, FAR_LAW = 2.0, 3.0
 # Of the tip's way from the declared indentation: tables are of an indentation along it.
 OBLIQUE_DEG = 10.0
-# Of a depth's zero, from what tip and alignment say it is.
-FAR_ZERO = 4.0
-# Of depths, over what the pose of the target in each frame explains.
-RESTLESS = 8.0
+# Of a depth's zero, from what tip and alignment say it is, and of depths, over what the pose of the
+# target in each frame explains.
+FAR_ZERO, RESTLESS = 4.0, 8.0
 # Of log E, and of the material-law parameter of the force, from the ends of their ranges.
 AT_END = 1e-6
-# Of a material-law parameter from its prior's mean.
-FAR_LAW = 3.0
 # Of residuals so near to the contact, in frames with so much of the greatest force, over the noise
 # at rest: a sensor's fixed pattern moves with the surface (1.2 to 2.1 in estimates that hold).
 NEAR_M, LOADED, FAR_RESIDUALS = 0.045, 0.7, 3.0
