@@ -1,12 +1,13 @@
 """Randomised rigs without pictures: the lab's contact solutions with the noise of recordings.
 
-    python -m validation.observations RUN [--draws 50] [--seed 0]
+    python -m validation.observations RUN [--draws 50] [--seed 0] [--ranges FILE.yaml]
 
 of the folder of a finished `make validation`, whose objects, contact solutions and indentation
-tables are taken; writes ``observations.csv`` and ``observations_by_tenth.csv`` there and prints how
-often the intervals hold. What is drawn is in config/observations.yaml. Errors of template, radius
-and table are those of the run, the same in all draws of an object, which are therefore not quite
-independent; crosstalk of the force, outliers and missing samples are left out.
+tables are taken. FILE.yaml, config/observations.yaml by default, says what is drawn; tables of its
+name, FILE.csv and FILE_by_tenth.csv, are written there, and how often intervals hold is printed.
+Errors of template, radius and table are those of the run, the same in all draws of an object, which
+are therefore not quite independent; crosstalk of the force, outliers and missing samples are left
+out.
 """
 
 import argparse
@@ -242,9 +243,9 @@ def lab_of(run: Path, name: str, sensor: str, ranges: Mapping) -> Lab:
     rig = rig_of(run / "raw" / name, results / name, "01", run / "sensors", sensor)
     material = load_yaml(results / "lab" / name / "material.json")
     contact = Contact.read(results / "lab" / name / "contact-01.npz")
-    rig = (_brought(*rig[:2], contact.point_m), *rig[1:])
+    rig = (_brought(*rig[:2], contact.point_m), *rig[1:4], rig[4] | ranges.get("probe", {}))
     noise = Noise.expected(*rig[3:], float(np.mean(ranges["distance_m"][sensor])))
-    fit = Fit.read(config.get("direct", {}).get("fit", {}))
+    fit = Fit.read(ranges.get("fit", config.get("direct", {}).get("fit", {})))
     of_guess = material["youngs_modulus_pa"], material["poisson_ratio"]
     planned = Planned(*rig, noise, *of_guess, fit)
     return Lab(planned, contact, material, ranges, ranges["noise"][sensor])
@@ -264,9 +265,11 @@ def _brought(table: IndentationModel, template: Template, point_m: NDArray) -> I
     )
 
 
-def estimates(run: Path, name: str, sensor: str, draws: int, seed: int) -> list[dict]:
+def estimates(
+    run: Path, name: str, sensor: str, draws: int, seed: int, ranges: Path = RANGES
+) -> list[dict]:
     """Estimates of draws of an object and a sensor beside their truth, one row each."""
-    lab, rows = lab_of(run, name, sensor, load_yaml(RANGES)), []
+    lab, rows = lab_of(run, name, sensor, load_yaml(ranges)), []
     planned, known = lab.planned, ProbeUncertainty.of(lab.planned.probe)
     radius_m = planned.table.radius_m
     for k in range(draws):
@@ -317,21 +320,23 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("run", type=Path)
     parser.add_argument("--draws", type=int, default=50, help="of each object and sensor")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--ranges", type=Path, default=RANGES, help="YAML of what is drawn")
     given = parser.parse_args(argv)
     results = given.run / "results"
     pairs = [path.relative_to(results).parts[:2] for path in results.glob("*/*/direct.json")]
     if not pairs:
         expected = f"expected what `make validation` leaves in {results}"
         parser.exit(1, f"error: run: {expected}, found no direct.json\n")
-    seeded = given.draws, given.seed
+    seeded = given.draws, given.seed, given.ranges
     with ProcessPoolExecutor() as pool:
         jobs = [pool.submit(estimates, given.run, *pair, *seeded) for pair in sorted(pairs)]
         table = pd.DataFrame([row for job in jobs for row in job.result()])
-    table.to_csv(given.run / "observations.csv", index=False)
-    by_tenth(table).to_csv(given.run / "observations_by_tenth.csv", index=False)
+    name = given.ranges.stem
+    table.to_csv(given.run / f"{name}.csv", index=False)
+    by_tenth(table).to_csv(given.run / f"{name}_by_tenth.csv", index=False)
     rejected = int(table["rejected"].notna().sum()) if "rejected" in table else 0
     print(summary(table).to_string(index=False))
-    print(f"{rejected} of {len(table)} draws were rejected: observations.csv says why")
+    print(f"{rejected} of {len(table)} draws were rejected: {name}.csv says why")
 
 
 if __name__ == "__main__":
