@@ -61,7 +61,14 @@ def flat_surface(
 ) -> FlatSurface:
     """What is flat in the middle of the picture, as of an object that is indented there.
 
-    Nothing moves where the probe's places are given; else it rests in the first frames.
+    Nothing moves where the probe's places in each frame are given; else it rests in the first
+    frames.
+
+    Raises
+    ------
+    ValueError
+        Naming the recording, if it shows no such surface, or one that moves too soon or hardly
+        faces the camera.
     """
     camera_m, middle = clouds.viewpoint_of(sensor), _middle(sensor)
     none = clouds.ProbePlace(camera_m - AWAY_M * AHEAD, AHEAD, None, None, NOWHERE, camera_m)

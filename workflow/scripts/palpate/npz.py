@@ -54,7 +54,7 @@ def read_npz(path: str | Path, *, what: str = "an NPZ file of arrays") -> dict[s
 
 
 def read_arrays(path: str | Path, names: Sequence[str]) -> dict[str, NDArray]:
-    """Read arrays that must be there from an NPZ file; see `read_npz`."""
+    """Read arrays from an NPZ file as `read_npz` does; a `ValueError` if one is missing."""
     _require(path, arrays := read_npz(path), names)
     return arrays
 

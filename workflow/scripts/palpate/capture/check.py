@@ -80,7 +80,7 @@ def checked_object(
     files: bool = True,
     only: Path | None = None,
 ) -> Checked:
-    """Like `check_object`, with what was listed; ``only`` that capture and not its neighbours."""
+    """Like `check_object`, with what was listed; of captures ``only`` this one, if it is given."""
     folder = Path(folder)
     problems, spec = _check_object_file(folder, probes)
     probe = probes.get(spec.get("probe"))

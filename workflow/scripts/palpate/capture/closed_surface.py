@@ -21,10 +21,10 @@ SHAPE_ALONE = {
 
 
 def read_surface(path: str | Path, *, unit: str) -> trimesh.Trimesh:
-    """Read a closed surface, in metres, of a file of one of `MESHES`, in m or mm.
+    """Read a closed surface in metres; ``unit`` is that of the file's coordinates, m or mm.
 
-    Vertices that a texture or normals part are one where the surface is open otherwise, and
-    triangles are turned outward.
+    The file's name ends with one of `MESHES`. Vertices that a texture or normals part are
+    one where the surface is open otherwise, and triangles are turned outward.
 
     Raises
     ------

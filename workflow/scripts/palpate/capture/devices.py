@@ -36,8 +36,8 @@ def add_devices(parser: argparse.ArgumentParser, *names: str) -> None:
 def found_folder(name: str, given: Path | None, near: Path) -> Path | None:
     """Where files of ``sensors`` or of ``probes`` stand, by the current folder; None if nowhere.
 
-    In the folder that is given; else by ``paths`` of config/config.yaml, or `PLACES`, in the first
-    folder that has them of those from an object or a capture up, and then from here.
+    The folder that is given, as it is; else that of ``paths`` in config/config.yaml, or `PLACES`:
+    the first that exists going up from ``near``, an object's or a capture's folder, then from here.
     """
     if given is not None:
         return given

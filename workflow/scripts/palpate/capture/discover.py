@@ -150,11 +150,13 @@ def folder_fingerprint(folder: str | Path, *, linked: int = 0) -> str:
     """Digest the names, sizes and modification times of a folder's files.
 
     Reading the images themselves at every start would take minutes for a large study; size and
-    time change with every ordinary way of replacing a file. Hidden files are passed over.
+    time change with every ordinary way of replacing a file. Hidden files are passed over. It has
+    sixteen hexadecimal digits.
 
     Parameters
     ----------
     folder : path
+        Itself a link or not.
     linked : int, optional
         Levels below it whose folders may be links: 2 in an object's, for sensors and captures.
         A link to itself is passed over, and one to a folder above it is entered on these alone.

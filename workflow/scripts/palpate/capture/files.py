@@ -39,6 +39,7 @@ def whole_folder(path: str | Path, *, replace: bool = True, kept: str = "") -> I
     Parameters
     ----------
     path : path
+        Of the folder; what is given to write in is a hidden sibling that no other writer shares.
     replace : bool, optional
         Whether what stands there is replaced, or rejected.
     kept : str, optional

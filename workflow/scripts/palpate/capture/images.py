@@ -207,7 +207,10 @@ def mosaic_rggb(rgb: NDArray) -> NDArray:
 
 
 def png_problem(path: str | Path, width_px: int, height_px: int, encoding: str) -> str | None:
-    """What is wrong with a PNG by its structure, as ``expected ..., found ...``, or None."""
+    """What is wrong with a PNG, undecoded, as ``expected ..., found ...``, or None.
+
+    Size and encoding are what the sensor states.
+    """
     path = Path(path)
     with path.open("rb") as stream:
         head = stream.read(HEADER_BYTES)
@@ -236,7 +239,7 @@ def _form(encoding: str) -> tuple[int, int]:
 def read_cloud(path: str | Path, unit: str = "m") -> Cloud:
     """Read the points of a PLY or PCD file, organised or not; where some have normals, those alone.
 
-    Its unit is m or mm. Places without a number (NaN) are left out.
+    ``unit`` is that of its coordinates, m or mm. Places without a number (NaN) are left out.
 
     Raises
     ------

@@ -44,10 +44,11 @@ HEAD = """\
 
 
 def camera_block(info: Any, form: Form, topic: str) -> dict:
-    """Block of one camera in a sensor's file from a CameraInfo of ROS 1 or 2, without its place.
+    """Block ``color`` or ``depth`` of a sensor's file from a CameraInfo of ROS 1 or 2.
 
-    Form and topic are those of its images. Images whose topic is called ``image_rect...`` are free
-    of the distortion that the message states; their optics are those of its projection matrix.
+    It is without ``color_from_depth``. Form and topic are those of the camera's images. Those whose
+    topic is called ``image_rect...`` are free of the distortion that the message states; their
+    optics are those of its projection matrix.
 
     Raises
     ------

@@ -37,9 +37,9 @@ class StatedOptics:
 def read_optics(paths: Sequence[Path], size_px: tuple[int, int] | None = None) -> StatedOptics:
     """Read calibration files of one kind.
 
-    A Kalibr ``camchain.yaml``, files of OpenCV's FileStorage, with the pictures' width and height
-    where these do not say it, or one or two ``camera_info`` files of ROS, or as its topic prints
-    them.
+    A Kalibr ``camchain.yaml``, files of OpenCV's FileStorage, or one or two ``camera_info`` files,
+    by ROS or as their topic prints them. ``size_px`` is the pictures' width and height, for files
+    of OpenCV that do not say it.
 
     Raises
     ------

@@ -115,7 +115,7 @@ class Tree:
 def bag_poses(path: Path, topic: str | None, request: Request) -> Poses:
     """Poses of the tracked frame in the base frame, as the request names them, that a bag holds.
 
-    By a topic of PoseStamped or of transforms, which is found by their types if it is None.
+    ``topic`` is one of PoseStamped or of transforms; None finds one by its type.
 
     Raises
     ------
