@@ -49,7 +49,8 @@ DARKEST, BRIGHTEST, BLACK = 15, 240, 1
 # Grey levels that tell a thing from the background, and parts of the picture it takes.
 CHANGED, BLUR_PX = 20, 7
 LEAST_CHANGED, MOST_CHANGED, ALL_CHANGED = 0.003, 0.6, 0.95
-# Times the usual time between frames, and times the camera's rate (some keep each nth frame only).
+# Of the usual time between frames, and of the camera's rate; a recording may keep each nth frame
+# only, so that no rate is too low.
 LONGEST_GAP, FASTEST = 3.0, 1.2
 LEAST_DEPTH_SHARE = 0.3
 

@@ -65,9 +65,9 @@ def add_verb(
     status or None; ``about`` and ``example`` begin and end its help; ``given`` are further
     arguments of its parser, like ``parents``.
     """
-    told = {"help": short, "description": about, "epilog": f"example:\n  {example}"}
+    texts = {"help": short, "description": about, "epilog": f"example:\n  {example}"}
     form = argparse.RawDescriptionHelpFormatter
-    verb = commands.add_parser(name, formatter_class=form, **told, **given)
+    verb = commands.add_parser(name, formatter_class=form, **texts, **given)
     verb.set_defaults(work=work)
     return verb
 

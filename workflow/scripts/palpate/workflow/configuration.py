@@ -86,13 +86,13 @@ def open_run(
         capture
         for name, spec in objects.items()
         if only in (None, name) and checks.is_the_labs(name, raw, there[name], wrong)
-        for capture in checks.recordings(name, spec, paths["lab"], sensors, probes, wrong)
+        for capture in checks.lab_captures(name, spec, paths["lab"], sensors, probes, wrong)
     )
     made = checks.by_object(simulated)
     wrong += checks.dropped_among(made, there, paths)
     own = [name for name in sorted(dropped) if only in (None, name)]
     for name in own:
-        # The lab alone fills its object's folder, or has still to complete it.
+        # Passed over: a folder that the lab alone fills, or has still to complete.
         if not made[name] or made[name] < there[name]:
             wrong += check_object(raw / name, sensors, probes, files=files)
     filmed = config["experiments"]["probe"]
@@ -171,7 +171,7 @@ def _lab(path: str | None, kind: type[Model] | None, wrong: list[str]) -> Mappin
 
 
 def like_another(path: Path) -> object:
-    """Content of a file; where it says nothing, that of the file that it is ``like``."""
+    """Content of a file over that of the file that it is ``like``; a `ValueError` of either."""
     spec = load_yaml(path)
     if not isinstance(spec, Mapping) or not isinstance(spec.get("like"), str):
         return spec

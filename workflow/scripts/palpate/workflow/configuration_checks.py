@@ -1,6 +1,6 @@
 """What is wrong with a configuration beside its options' own bounds, a line for each thing.
 
-And which captures are the lab's to make: it never takes over what people dropped.
+Also which captures the lab makes: it never takes over those that people dropped into its folders.
 """
 
 from collections import defaultdict
@@ -32,7 +32,7 @@ def path_problems(paths: Mapping, source: str) -> list[str]:
     ]
     if lines:
         return lines
-    # In raw/ they would be written over captures that nobody can make again.
+    # Results in raw/ would be written over captures that nobody can make again.
     results = Path(paths["results"]).resolve()
     return [
         f"{source}: paths.results: expected a folder outside paths.{key}, {paths[key]}, found"
@@ -118,7 +118,7 @@ def missing_films(
     return list(dict.fromkeys(lines))
 
 
-def recordings(
+def lab_captures(
     name: str, spec: Mapping, source: str, sensors: Mapping, probes: Mapping, problems: list[str]
 ) -> set[CaptureId]:
     """Captures that the lab makes of one of its objects."""

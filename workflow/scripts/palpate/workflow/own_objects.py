@@ -98,7 +98,9 @@ class OwnObjects:
     def joint(self, name: str = "direct.json") -> Callable[[Any], list[str]]:
         """Estimates from all captures of an object with a sensor, or files beside them."""
         place = f"{{object}}/{{sensor}}/{name}"
-        return lambda jobs: [self.run.results(place.format(**g)) for g in self.groups(jobs)]
+        return lambda wildcards: [
+            self.run.results(place.format(**group)) for group in self.groups(wildcards)
+        ]
 
     def masks(self, wildcards: Any) -> list[str]:
         """Masks of those first captures that have pictures."""
