@@ -25,8 +25,7 @@ from palpate.solid.options import greatest_ratio
 UNKNOWNS = 5
 LOG_E, CONTACT, BASELINE, NU, LAW = range(UNKNOWNS)
 # Deviation of what is taken for known, beside that of unknowns of size 1.
-HELD = 1e-9
-ROUNDS = 4
+HELD, ROUNDS = 1e-9, 4
 # So near to an end of its range, which the search does not reach, the law's parameter is at it.
 AT_END = 1e-3
 # Samples in contact: fewer determine no scatter.

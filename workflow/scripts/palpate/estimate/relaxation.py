@@ -10,6 +10,7 @@ b_i = (1 - a_i) tau_i/dt.
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import solve_banded
 
 
 def relaxed_force(
@@ -50,20 +51,7 @@ def elastic_force(
     Of the relaxing material's force, (n,) or (n, m) [N], of whose shape it is; other arguments and
     errors are those of `relaxed_force`.
     """
-    time, force, g, tau = _checked(time_s, force_n, "force_n", fractions, times_s)
-    keep, add = _steps(time, tau)
-    # Shapes of one and of many histories alike, the terms first.
-    columns = force.reshape(len(time), -1)
-    elastic, memory = np.empty_like(columns), np.empty((len(tau), columns.shape[1]))
-    elastic[0] = memory[:] = columns[0]
-    shares, rest = add @ g, 1 - g.sum()
-    steps = zip(columns[1:], g * keep, keep[..., None], add[..., None], shares, strict=True)
-    for n, (now, left, a, b, share) in enumerate(steps):
-        past = left @ memory - share * elastic[n]
-        elastic[n + 1] = (now - past) / (rest + share)
-        memory *= a
-        memory += b * (elastic[n + 1] - elastic[n])
-    return elastic.reshape(force.shape)
+    return _elastic(*_checked(time_s, force_n, "force_n", fractions, times_s))[0]
 
 
 def elastic_force_derivatives(
@@ -74,12 +62,11 @@ def elastic_force_derivatives(
     What a term has taken, F_e - h_i, is the force whose elastic one is the derivative by g_i.
     Arguments and errors are those of `relaxed_force`, of one force (n,).
     """
-    elastic = elastic_force(time_s, force_n, fractions=fractions, times_s=times_s)
-    if elastic.ndim != 1:
-        raise ValueError(f"force_n: expected shape (n,), found {elastic.shape}")
-    memory = _memory(np.asarray(time_s, float), elastic, np.asarray(times_s, float))
-    taken = elastic[:, None] - memory
-    return elastic_force(time_s, taken, fractions=fractions, times_s=times_s)
+    time, force, *relaxing = _checked(time_s, force_n, "force_n", fractions, times_s)
+    if force.ndim != 1:
+        raise ValueError(f"force_n: expected shape (n,), found {force.shape}")
+    elastic, memory = _elastic(time, force, *relaxing)
+    return _elastic(time, elastic[:, None] - memory, *relaxing)[0]
 
 
 def relaxed_share(after_s: ArrayLike, *, fractions: ArrayLike, times_s: ArrayLike) -> NDArray:
@@ -90,6 +77,26 @@ def relaxed_share(after_s: ArrayLike, *, fractions: ArrayLike, times_s: ArrayLik
     """
     decay = -np.expm1(-np.divide.outer(np.asarray(after_s, float), np.asarray(times_s, float)))
     return decay @ np.asarray(fractions, float)
+
+
+def _elastic(time: NDArray, force: NDArray, g: NDArray, tau: NDArray) -> tuple[NDArray, NDArray]:
+    """F_e (n, ...) and h_i (n, p, ...), at each sample the unknowns of a banded linear system."""
+    keep, add = _steps(time, tau)
+    count, width = len(tau), len(tau) + 1
+    term, below = np.arange(1, width), count + width
+    # Of the sum that is the force, and of each h_i from one sample to the next; the first is F_e.
+    bands = np.zeros((below + width, len(time), width))
+    bands[count], bands[count, :, 0] = 1, 1 - g.sum()
+    bands[count - term, :, term] = g[:, None]
+    bands[count + term, :, 0] = -np.vstack([np.ones(count), add]).T
+    bands[below, :-1, 1:] = -keep
+    bands[below + term, :-1, 0] = add.T
+    right = np.zeros((len(time), width, *force.shape[1:]))
+    right[:, 0] = force
+    size = len(time) * width
+    found = solve_banded((below, count), bands.reshape(-1, size), right.reshape(size, -1))
+    found = found.reshape(right.shape)
+    return found[:, 0], found[:, 1:]
 
 
 def _memory(time: NDArray, elastic: NDArray, tau: NDArray) -> NDArray:

@@ -30,10 +30,8 @@ DEEP, MOVED = 0.5, 0.01
 REACH_RADII, ALIKE_M = 4.0, 0.0005
 # Where it does not, a table so far from the contact still has its force and displacement [m].
 NEAREST_M = 0.002
-# Gauss and Newton's steps of the turn.
-TURNS = 6
-# Beyond this not even the same part of an object is indented [m].
-FARTHEST_M = 0.015
+# Gauss and Newton's steps of the turn; farther off another part of the object is indented [m].
+TURNS, FARTHEST_M = 6, 0.015
 
 
 @dataclass(frozen=True)

@@ -30,10 +30,9 @@ ALIKE_M, ALIKE_S = 0.002, 2.0
 NOISES, PATTERNS = np.geomspace(1, 100, 30), np.geomspace(1, 300, 30)
 # Of log E and nu, where depths alone are to determine them.
 WIDE_STD = np.array([10.0, 0.5])
-# Larger parts than these, where none are asked for, would be too few to show their scatter [m].
-LARGEST_PATCH_M = 0.04
-# Steps and end of the correlogram [m].
-LAG_M, LAGS = 0.002, 20
+# Larger parts than these, where none are asked for, would be too few to show their scatter; and
+# steps of the correlogram [m].
+LARGEST_PATCH_M, LAG_M, LAGS = 0.04, 0.002, 20
 
 
 @dataclass(frozen=True)

@@ -135,8 +135,7 @@ class _Joint:
         for one, p, scale in zip(self.indentations, self.split(vector), scales, strict=True):
             gaps = residuals(one, p)
             soft = np.sqrt(1 + (gaps.motion / (ROBUST * scale.motion)) ** 2) - 1
-            total += float((gaps.depth**2).sum())
-            total += 2 * ROBUST**2 * float(soft.sum()) / scale.sharing
+            total += float((gaps.depth**2).sum() + 2 * ROBUST**2 * soft.sum() / scale.sharing)
         return total
 
     def with_deviations(self, vector: NDArray, *, first: bool = False) -> "_Joint":
@@ -151,10 +150,18 @@ class _Joint:
         self, vector: NDArray, scales: Sequence[Scales], least: float = LEAST
     ) -> tuple[NDArray, bool]:
         """Unknowns of least cost, and whether they converged: no step lowers it further."""
+        cost = self.cost_at(vector, scales)
         for _ in range(ITERATIONS):
             step, gain = self.step(vector, scales)
-            before, vector = vector, self.moved(vector, step, scales)
-            if vector is before or gain < least:
+            # Halved until it does not raise the cost.
+            for part in 0.5 ** np.arange(6):
+                moved = np.clip(vector + part * step, *self.bounds)
+                if (now := self.cost_at(moved, scales)) <= cost + 1e-9 * abs(cost):
+                    break
+            else:
+                break
+            vector, cost = moved, now
+            if gain < least:
                 break
         return vector, gain < CONVERGED
 
@@ -167,15 +174,6 @@ class _Joint:
         low[held], high[held] = np.clip((low[held], high[held]), -LARGEST_STEP, LARGEST_STEP)
         step = _bounded_solution(matrix, -slope, low, high)
         return step, float(-(2 * slope + matrix @ step) @ step)
-
-    def moved(self, vector: NDArray, step: NDArray, scales: Sequence[Scales]) -> NDArray:
-        """Take the step, halved until it does not raise the cost."""
-        before = self.cost_at(vector, scales)
-        for part in 0.5 ** np.arange(6):
-            moved = np.clip(vector + part * step, *self.bounds)
-            if self.cost_at(moved, scales) <= before + 1e-9 * abs(before):
-                return moved
-        return vector
 
 
 @dataclass(frozen=True)

@@ -22,10 +22,9 @@ SUPPORTS = ("half_space", "bonded", "not_bonded")
 LAYERS = SUPPORTS[1:]
 # An unbonded object that stands on a round base, which is indented too.
 FOOT = "round_foot"
-# Beyond this depth over radius the paraboloid is too blunt by more than a hundredth.
-SHALLOW = 0.1
-# Above this the series of a layer is no better than its own last terms (see `layer_factor`).
-LARGEST_CHI = 0.6
+# Beyond this depth over radius the paraboloid is too blunt by more than a hundredth; and above this
+# chi the series of a layer is no better than its own last terms (see `layer_factor`).
+SHALLOW, LARGEST_CHI = 0.1, 0.6
 # Beyond it the kernel's transform differs from the half-space's by less than 1e-20.
 TRANSFORM_END = 30.0
 # Of Sneddon's t, whose powers cancel below the first; splines between them are right to 1e-11.
