@@ -13,6 +13,7 @@ from palpate.capture.tables import (
     GAUGE_COLUMNS,
     WRENCH_COLUMNS,
     force_columns,
+    read_force,
     read_table,
     sampled_s,
     write_force,
@@ -135,6 +136,13 @@ def test_a_press_since_1970_is_the_same_press(own):
     assert found == pytest.approx(expected, abs=1e-3)
     assert later.clock.offset_s == pytest.approx(press.clock.offset_s, abs=1e-4)
     assert later.clock.std_s == pytest.approx(press.clock.std_s, rel=0.01)
+
+
+def test_frames_without_rows_are_one_line(tmp_path):
+    (tmp_path / "frames.csv").write_text("frame,time_s\n")
+    write_force(tmp_path, pd.DataFrame(0.0, index=range(3), columns=["time_s", *WRENCH_COLUMNS]))
+    with pytest.raises(ValueError, match="frames.csv: rows: expected at least 1, found 0"):
+        read_force(tmp_path)
 
 
 def test_an_import_keeps_all_samples_of_a_burst():

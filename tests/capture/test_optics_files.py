@@ -164,6 +164,7 @@ def without(name):
         ([opencv(**PAIR | {"M1": (3, 4, K)})], "M1: data: expected 3 x 4 numbers, found 9", SIZE),
         ([ROS.format("-51.0"), ROS.format("0")], "expected the right camera of a pair", SIZE),
         ([KALIBR, KALIBR], "expected one camchain.yaml, found another file", SIZE),
+        ([CAMELS, KALIBR], "1.yaml: file: expected one of OpenCV", None),
     ],
 )
 def test_files_that_no_sensors_file_can_follow(written, texts, line, size):

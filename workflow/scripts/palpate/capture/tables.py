@@ -70,7 +70,12 @@ def read_force(folder: str | Path) -> pd.DataFrame:
 def first_frame_s(folder: str | Path) -> float:
     """When the first frame of a folder was taken by frames.csv [s]; 0 without one."""
     path = Path(folder) / FRAMES
-    return float(columns_of(read_table(path), ["time_s"])[0, 0]) if path.is_file() else 0.0
+    if not path.is_file():
+        return 0.0
+    time_s = columns_of(read_table(path), ["time_s"])[:, 0]
+    if not len(time_s):
+        raise mismatch(f"{path}: rows", "at least 1", 0)
+    return float(time_s[0])
 
 
 def force_columns(columns: Iterable, probe: Mapping | None = None) -> tuple[str, ...] | None:

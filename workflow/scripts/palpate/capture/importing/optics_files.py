@@ -13,7 +13,7 @@ from palpate.capture.importing.optics import NO_DISTORTION, coefficients, shorte
 from palpate.capture.importing.recording import named
 from palpate.config.model import problems
 from palpate.config.sensor import LONGEST_SHIFT_M, CameraSpec, rigid_fault
-from palpate.yaml_files import NO_VALUES, is_file, load_yaml, mismatch
+from palpate.yaml_files import LARGEST_BYTES, NO_VALUES, is_file, load_yaml, mismatch
 
 FORMATS = "cam0 (Kalibr), camera_matrix (ROS, OpenCV) or M1 (OpenCV)"
 # Names of fields as `ros2 topic echo` prints a camera_info.
@@ -47,8 +47,11 @@ def read_optics(paths: Sequence[Path], size_px: tuple[int, int] | None = None) -
         If a file is none of these, or holds another lens than OpenCV's.
     """
     contents = [_content(path) for path in paths]
-    values = [value for content in contents for value in content.values()]
-    if any(isinstance(value, Mapping) and "dt" in value for value in values):
+    by_opencv = [any(_is_matrix(value) for value in one.values()) for one in contents]
+    if any(by_opencv):
+        if not all(by_opencv):
+            other = paths[by_opencv.index(False)]
+            raise mismatch(f"{other}: file", "one of OpenCV, as another is", "one without a matrix")
         return _opencv(paths, contents, size_px)
     for k, path in enumerate(paths):
         with named(path):
@@ -65,16 +68,26 @@ def read_optics(paths: Sequence[Path], size_px: tuple[int, int] | None = None) -
 
 def _content(path: Path) -> Mapping:
     """Fields of a file: OpenCV's XML, or YAML, which its JSON is too."""
-    is_xml = is_file(path) and path.read_bytes()[:1] == b"<"
+    is_there, start = is_file(path), b""
+    if is_there:
+        with path.open("rb") as stream:
+            start = stream.read(1)
+    is_xml = start == b"<" and path.stat().st_size <= LARGEST_BYTES
     with named(path):
         try:
             content = _texts(ElementTree.parse(path).getroot()) if is_xml else load_yaml(path)
         except (ElementTree.ParseError, *NO_VALUES) as error:
             fault = f"file: expected XML, found none ({error})" if is_xml else error
-            raise ValueError(f"{fault} (copy or write it again?)") from None
+            hint = " (copy or write it again?)" if is_there else ""
+            raise ValueError(f"{fault}{hint}") from None
         if not isinstance(content, Mapping):
             raise mismatch("file", FORMATS, "none")
     return content
+
+
+def _is_matrix(value: Any) -> bool:
+    """Whether a field is a matrix as OpenCV writes it."""
+    return isinstance(value, Mapping) and "dt" in value
 
 
 def _texts(element: ElementTree.Element) -> dict[str, Any] | list[str]:
