@@ -72,9 +72,8 @@ def capture_accuracy(truth: Mapping, material: Mapping, results: Mapping) -> lis
         material.json.
     results : mapping
         ``tip_m`` and ``raw_tip_m`` (f, 3) [m], ``axis`` (f, 3), ``force_n`` (f, 3) [N], ``clock``
-        (clock.json), ``mask`` (f, h, w) bool,
-        ``clouds`` (sequence of Cloud), ``tracked`` (Tracked), ``hertz`` (hertz.json) and
-        ``minima`` (minimise-<error>.json by error option).
+        (clock.json), ``mask`` (f, h, w) bool, ``clouds`` (sequence of Cloud), ``tracked``
+        (Tracked), ``hertz`` (hertz.json) and ``minima`` (minimise-<error>.json by error option).
 
     Returns
     -------

@@ -1,15 +1,20 @@
-"""E and nu of every method against the lab's true materials."""
+"""E and nu of every method against the lab's true materials, in tables and figures."""
 
 from collections.abc import Mapping
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-from palpate.json_fields import read_by_folder
+from matplotlib.figure import Figure
+from palpate.json_fields import read_all, read_by_folder
 from palpate.markdown import rows_of
 from palpate.modulus import IDENTIFIED, LABELS, Modulus, columns
 from palpate.report import outputs, tables
-from palpate.report.style import sensor_name
+from palpate.report.moduli_figure import SCALES, TRUTH, Line, draw_lines, make_moduli
+from palpate.report.panels import photo_panel
+from palpate.report.style import PAGE_IN, finished, sensor_name
+from palpate.report.surface_figures import read_view, section_panel
 from palpate.units import KILOPASCALS
 from validation.measured import truth_of
 
@@ -31,6 +36,8 @@ QUANTITIES = {name: label for name, label in LABELS.items() if "_1s" not in name
 FIRST = ["object", "sensor", "point", "method", "youngs_modulus_pa", "true_youngs_modulus_pa"]
 FIRST += ["poisson_ratio", "true_poisson_ratio"]
 KEYS = ["object", "sensor", "method"]
+# Of the overview.
+SHOWN = ("youngs_modulus_pa", "poisson_ratio")
 STATISTICS = {
     "median_error": ("error", "median"),
     "rms_error": ("error", lambda errors: (errors**2).mean() ** 0.5),
@@ -46,6 +53,36 @@ def make_accuracy(inputs: Any, params: Any) -> dict:
     short = outputs.table(coverage_table(rows, materials), title=SHORT_TITLE, more_notes=NOTES)
     whole = tables.rounded(accuracy_table(rows, materials)), _text(rows, materials)
     return dict(zip(("csv", "md", "summary", "summary_md"), (*whole, *short.values()), strict=True))
+
+
+def make_direct_moduli(inputs: Any, params: Any) -> Figure:
+    """Moduli of captures and groups, beside the true ones where there are any."""
+    truths = {name: truth_of(one) for name, one in read_by_folder(inputs.materials).items()}
+    return make_moduli(inputs, params, truths)
+
+
+def make_overview(inputs: Any, params: Any) -> Figure:
+    """Photograph of a capture, section through the dent, and moduli of its object by sensor."""
+    (capture,), (fit,) = params.captures, read_all(inputs.fits)
+    files = inputs.tracked[0], inputs.clouds[0], fit, inputs.recorded[0]
+    view = read_view(*files, params.sensors[0])
+    figure = plt.figure(figsize=(PAGE_IN, 2.3))
+    grid = figure.add_gridspec(2, 3, width_ratios=(1.3, 1.5, 1))
+    photo, section = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[:, 1])
+    photo_panel(photo, view.photo)
+    photo.set_title("An indentation", y=1.02)
+    section_panel(section, view)
+    section.set(title="Section through it", xlabel="From the contact (mm)")
+    section.legend(loc="lower center", fontsize=6, handlelength=1.4, ncols=3, columnspacing=1)
+    found = zip(params.groups, read_all(inputs.joint), strict=True)
+    lines = [Line(sensor_name(group["sensor"]), joint, True) for group, joint in found]
+    truth = truth_of(read_by_folder(inputs.materials)[capture["object"]])
+    panels = [figure.add_subplot(grid[row, 2]) for row in range(2)]
+    for panel, quantity in zip(panels, SHOWN, strict=True):
+        draw_lines(panel, lines, quantity)
+        panel.axvline(truth[quantity] * SCALES[quantity], **TRUTH)
+    panels[0].set_title("Moduli")
+    return finished(figure, {capture["provenance"]})
 
 
 def accuracy_table(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> pd.DataFrame:
@@ -65,9 +102,8 @@ def accuracy_table(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> pd.D
         interval covers the truth.
     """
     table = rows.copy()
-    truths = pd.DataFrame(
-        [truth_of(materials[name]) for name in rows["object"]], rows.index, dtype=float
-    )
+    truths = [truth_of(materials[name]) for name in rows["object"]]
+    truths = pd.DataFrame(truths, rows.index, dtype=float)
     for name in LABELS:
         value, low, high = (pd.to_numeric(rows[column]) for column in columns(name)[:3])
         stem, true = name.removesuffix("_pa"), truths[name]

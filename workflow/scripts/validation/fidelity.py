@@ -32,8 +32,7 @@ REAL_PLANES_MM, REAL_PLANES_M = (1.45, 1.83), (0.6, 1.5)
 VIVID_MM = (0.22, 0.16, 0.10)
 KHOSHELHAM = "Khoshelham and Elberink 2012"
 COLUMNS = ["quantity", "sensor", "at", "value", "reference_value", "unit", "source", "provenance"]
-COLOURS = {"bumblebee": style.BLUE, "kinect": style.ORANGE}
-OTHER_COLOUR = style.BLUE
+COLOURS, OTHER_COLOUR = {"kinect": style.ORANGE}, style.BLUE
 STEREO = "stereo"
 
 
@@ -44,23 +43,20 @@ def make_plane_noise(inputs: Any, params: Any) -> dict:
     for plane in read_table(folder / "planes.csv")["plane"]:
         frames = list(all_streams(folder / f"{int(plane):02d}", sensor))
         found = [plane_residual(scene_cloud(images, sensor).points_m) for images in frames]
-        depth, residual = np.mean(found, axis=0)
-        row = {"depth_m": depth, "residual_m": residual, "step_m": _depth_step(frames[0], sensor)}
-        rows.append(row)
-    return {"noise": outputs.exact(pd.DataFrame(rows))}
+        rows.append([*np.mean(found, axis=0), _depth_step(frames[0], sensor)])
+    table = pd.DataFrame(rows, columns=["depth_m", "residual_m", "step_m"])
+    return {"noise": outputs.exact(table)}
 
 
 def make_lab_fidelity(inputs: Any, params: Any) -> dict:
     """Table, and figure of plane noise, tip scatter and force while holding."""
-    planes = _tables(params.planes, inputs.planes)
+    planes, sensors = _tables(params.planes, inputs.planes), params.sensors
     workspaces = _tables(params.workspace, inputs.workspaces)
     holds = _tables(params.loading, inputs.holds)
     scatters = {name: at_selected_threshold(table) for name, table in workspaces.items()}
     study = pd.read_csv(inputs.published).set_index("axis")
     scans = zip(params.scanned, inputs.templates, inputs.truths, strict=True)
-    rows = [
-        row for name, table in planes.items() for row in plane_rows(table, params.sensors[name])
-    ]
+    rows = [row for name, table in planes.items() for row in plane_rows(table, sensors[name])]
     rows += [row for name, table in scatters.items() for row in _scatter_rows(table, name, study)]
     for name, table in holds.items():
         # The study prints a curve and no figure.
@@ -69,8 +65,7 @@ def make_lab_fidelity(inputs: Any, params: Any) -> dict:
     rows += [row for scan in scans for row in _template_rows(*scan)]
     figure, axes = plt.subplots(2, 2, figsize=(style.PAGE_IN, 5.2))
     for name, table in planes.items():
-        sensor = params.sensors[name]
-        _planes_panel(axes[0, int(sensor["kind"] == STEREO)], table, sensor)
+        _planes_panel(axes[0, int(sensors[name]["kind"] == STEREO)], table, sensors[name])
     _scatter_panel(axes[1, 0], scatters, study)
     _hold_panel(axes[1, 1], holds)
     for letter, panel in zip("abcd", axes.ravel(), strict=True):

@@ -70,9 +70,8 @@ def accuracy_summary(accuracy: pd.DataFrame) -> pd.DataFrame:
     """Per sensor and model: median ratio, its spread, and the share of intervals that cover.
 
     The truth is the instantaneous E*; the ratio to what is left when it has relaxed stands beside,
-    and, for models that allow for relaxation, the modulus a stated time after a step.
-    The study's fit is the paraboloid on a half-space with known contact. Rows of the recommended
-    models, whichever they are, come last.
+    and, for models that allow for relaxation, the modulus a stated time after a step. Rows of the
+    recommended models, whichever they are, come last.
     """
     relaxed = accuracy["reduced_modulus_pa"] / accuracy["true_relaxed_reduced_modulus_pa"]
     later = accuracy["later_covers"].astype(float)

@@ -40,15 +40,13 @@ def protocol_of(spec: Mapping, capture: str) -> str:
         f"{name} {value:g}" if isinstance(value, float | int) else name
         for name, value in spec["motions"].get(capture, {}).items()
     ]
-    if capture in spec["pressed_at"]:
-        said.append("beside the point")
-    if "device" in spec:
-        said.append("rig errors")
-    if "direction" in spec["object"]["points"][capture.split("-")[0]]:
-        said.append("inclined")
-    if "table_friction" in spec["contact"]:
-        said.append("unbonded")
-    return ", ".join(said) or "plain"
+    further = {
+        "beside the point": capture in spec["pressed_at"],
+        "rig errors": "device" in spec,
+        "inclined": "direction" in spec["object"]["points"][capture.split("-")[0]],
+        "unbonded": "table_friction" in spec["contact"],
+    }
+    return ", ".join([*said, *(name for name in further if further[name])]) or "plain"
 
 
 def _row(found: Mapping | None, truth: Mapping) -> dict:

@@ -43,11 +43,8 @@ def noise_of(results: Path, name: str, sensor: str, capture: str) -> dict:
     depth_m, real = truth["depth_m"], truth["camera_from_object"]
     pressed, rest = depth_m > PRESSED_M, depth_m < -CLEAR_M
     way = np.vstack([DOWN, axes_across(DOWN)])
-    found, true = (
-        to_object(at, of) @ way.T
-        for of, at in ((columns_of(path, TIP), pose), (truth["tip_m"], real))
-    )
-    off = (found - true)[pressed]
+    tip_m = to_object(pose, columns_of(path, TIP)) @ way.T
+    off = (tip_m - to_object(real, truth["tip_m"]) @ way.T)[pressed]
     row = {"object": name, "sensor": sensor, "capture": capture}
     row |= dict(zip(SHARED, off.mean(axis=0), strict=True))
     # What goes evenly with the depth, and what is left from frame to frame.
@@ -58,9 +55,8 @@ def noise_of(results: Path, name: str, sensor: str, capture: str) -> dict:
     row["tip_alike"] = float(left[1:] @ left[:-1] / (left @ left))
     clock = read_json(folder / "clock.json")
     row["clock_error_s"] = clock["offset_s"] - float(truth["clock_offset_s"])
-    forces_n = columns_of(path, FORCE), truth["force_n"]
-    found, true = (of @ at[:3, :3] @ DOWN for of, at in zip(forces_n, (pose, real), strict=True))
-    row["force_n"] = (found - true)[rest].std()
+    force_n = columns_of(path, FORCE) @ pose[:3, :3] @ DOWN
+    row["force_n"] = (force_n - truth["force_n"] @ real[:3, :3] @ DOWN)[rest].std()
     contact = Contact.read(results / "lab" / name / f"contact-{capture.partition('-')[0]}.npz")
     moved_m = contact.motion(motion.cell_m, motion.normal)
     true_m = PchipInterpolator(contact.depth_m, np.nan_to_num(moved_m))(np.clip(depth_m, 0, None))
@@ -104,9 +100,8 @@ def main() -> None:
     if not found:
         expected = f"expected what `make validation` leaves in {results}"
         parser.exit(1, f"error: run: {expected}, found no motion.npz\n")
-    table = pd.DataFrame(
-        [noise_of(results, *path.relative_to(results).parts[:3]) for path in found]
-    )
+    rows = [noise_of(results, *path.relative_to(results).parts[:3]) for path in found]
+    table = pd.DataFrame(rows)
     table.to_csv(run / "recording_noise.csv", index=False)
     print(together(table).to_string(float_format="{:.4g}".format))
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from palpate.npz import read_npz
 from palpate.open3d_core import ClosestPoints
 from palpate.report import style
-from palpate.report.panels import named
+from palpate.report.panels import named, volume
 from palpate.report.tables import SIMULATED_NOTE, significant, to_markdown
 from palpate.surface.pose import to_camera, to_object
 from palpate.surface.tracked import Tracked, load_tracked
@@ -100,10 +100,10 @@ def capture_rows(truth: str, files: Mapping[str, tuple[str, str]]) -> Iterator[d
 
 def tracked_errors(truth: Mapping, tracked: Tracked, frame: int) -> tuple[NDArray, NDArray]:
     """Distance of each tracked vertex from its true place, and of the undeformed one, (n,) [m]."""
-    true = _true_places(truth, tracked.template_m, truth["surface_m"][[frame]])[0]
-    rest = to_camera(truth["camera_from_object"], tracked.template_m)
+    pose, template_m = truth["camera_from_object"], tracked.template_m
+    true = to_camera(pose, _at(truth, template_m, truth["surface_m"][[frame]])[0])
     found = np.linalg.norm(tracked.vertices_m[frame] - true, axis=1)
-    return found, np.linalg.norm(rest - true, axis=1)
+    return found, np.linalg.norm(to_camera(pose, template_m) - true, axis=1)
 
 
 def vertex_errors(truth: Mapping, tracked: Tracked) -> dict[str, NDArray]:
@@ -127,7 +127,7 @@ def vertex_errors(truth: Mapping, tracked: Tracked) -> dict[str, NDArray]:
         raise ValueError(f"surface_m: expected {expected}, found {len(surfaces)}")
     pose, rest_m = truth["camera_from_object"], tracked.rest_m
     ways = (surface - truth["surface_rest_m"] for surface in surfaces)
-    place = found - _true_places(truth, tracked.template_m, surfaces)
+    place = found - to_camera(pose, _at(truth, tracked.template_m, surfaces))
     moved = found - rest_m - _at(truth, to_object(pose, rest_m), ways) @ pose[:3, :3].T
     lengths = (np.linalg.norm(part, axis=2) for part in (moved, moved - moved[0], place))
     away = np.stack([from_surface(truth, vertices, k) for k, vertices in enumerate(found)])
@@ -155,7 +155,7 @@ def untracked(tracked: Tracked) -> Tracked:
 def volume_changes(truth: Mapping, tracked: Tracked) -> tuple[NDArray, NDArray]:
     """Changes of the enclosed volume as tracked and in truth, both (f,) [m^3]."""
     found, true = (
-        np.array([_volume(place.astype(float), faces) for place in places]) - _volume(rest, faces)
+        np.array([volume(place.astype(float), faces) for place in places]) - volume(rest, faces)
         for places, rest, faces in (
             (tracked.vertices_m, tracked.rest_m, tracked.faces),
             (truth["surface_m"], truth["surface_rest_m"].astype(float), truth["surface_faces"]),
@@ -196,16 +196,9 @@ def accuracy_row(truth: Mapping, tracked: Tracked) -> dict:
 
 def averages(table: pd.DataFrame) -> pd.DataFrame:
     """Means over the captures of each object, sensor and tracker in the most pressed frame."""
-    groups = table.groupby(["object", "sensor", "tracker"], sort=False)
-    means = groups[SHOWN].mean()
-    means.insert(0, "captures", groups.size())
-    return means.assign(provenance=groups["provenance"].first()).reset_index()
-
-
-def _true_places(truth: Mapping, template_m: NDArray, surfaces: NDArray) -> NDArray:
-    """True places of the template's material points, camera frame, (f, n, 3) [m]."""
-    fields = (surface.astype(float) for surface in surfaces)
-    return to_camera(truth["camera_from_object"], _at(truth, template_m, fields))
+    wanted = {"captures": ("provenance", "size")} | {name: (name, "mean") for name in SHOWN}
+    wanted["provenance"] = ("provenance", "first")
+    return table.groupby(["object", "sensor", "tracker"], sort=False).agg(**wanted).reset_index()
 
 
 def _at(truth: Mapping, points_m: NDArray, fields: Iterable[NDArray]) -> NDArray:
@@ -213,12 +206,6 @@ def _at(truth: Mapping, points_m: NDArray, fields: Iterable[NDArray]) -> NDArray
     closest = ClosestPoints(truth["surface_rest_m"], truth["surface_faces"])
     _, *where = closest(points_m)
     return np.stack([closest.interpolate(field, *where) for field in fields])
-
-
-def _volume(vertices: NDArray, faces: NDArray) -> float:
-    # From the middle: the parts are then as large as the whole.
-    a, b, c = (vertices - vertices.mean(axis=0))[faces].swapaxes(0, 1)
-    return float((a * np.cross(b, c)).sum() / 6)
 
 
 def _figures(errors: Mapping, tracked: Tracked, frames: NDArray) -> dict:
@@ -236,11 +223,8 @@ def _figures(errors: Mapping, tracked: Tracked, frames: NDArray) -> dict:
 
 def _over(values: NDArray, mask: NDArray) -> float:
     """Mean over frames of the mean over a region; frames where it is empty are left out."""
-    counts = mask.sum(axis=1)
-    kept = counts > 0
-    if not kept.any():
-        return float("nan")
-    return float(((values * mask).sum(axis=1)[kept] / counts[kept]).mean())
+    means = np.ma.array(values, mask=~mask).mean(axis=1)
+    return float(np.ma.filled(means.mean(), np.nan))
 
 
 def _rounded(table: pd.DataFrame) -> pd.DataFrame:
