@@ -19,12 +19,13 @@ from palpate.capture.discover import BACKGROUND
 from palpate.capture.experiments import check_hand_eye, check_pivot, check_with_force, read_marker
 from palpate.capture.files import write_json
 from palpate.capture.poses import POSES
-from palpate.capture.tables import FRAMES, WRENCH_COLUMNS, columns_of, read_force, read_table
+from palpate.capture.tables import FRAMES, read_force
 from palpate.commands import calibrate_camera
 from palpate.commands.help import add_columns, add_verb, all_sure, check_outputs, stage, sure
 from palpate.config.model import FILL_IN, blank_fields
 from palpate.config.probe import ProbeSpec
 from palpate.units import MILLIMETRES, MILLINEWTONS
+from palpate.vision import probe_recordings
 from palpate.vision.calibrated_probe import FARTHEST_M, with_tip_at
 from palpate.vision.compliance import Compliance, digits, find_compliance, recorded_press
 from palpate.vision.follow import board_followed
@@ -34,14 +35,6 @@ from palpate.vision.options import Force, ProbePose
 from palpate.vision.payload import BIAS_N, BIAS_NM, CENTRE, Payload, find_payload
 from palpate.vision.pivot import Pivot, find_pivot
 from palpate.vision.probe import marker_from_tip, marker_transforms
-from palpate.vision.probe_recordings import (
-    BASE_UP,
-    StaticPoses,
-    stated_poses,
-    static_poses,
-    tracked_table,
-    turns_of,
-)
 from palpate.yaml_files import load_yaml
 
 TIP = """\
@@ -108,7 +101,8 @@ def _calibrate(part: Callable[..., Found], options: argparse.Namespace) -> None:
 
 
 def _tip(options: argparse.Namespace, probe: Mapping) -> Found:
-    source, lost, tracked = options.source, [], (options.source / POSES).is_file()
+    source, lost, optics = options.source, [], ()
+    tracked = (source / POSES).is_file()
     recorded = tracked or (source / FRAMES).is_file()
     if options.unit != "m" and (recorded or source.is_file()):
         expected = "one for text files alone (a table's columns say theirs, a recording has metres)"
@@ -116,14 +110,10 @@ def _tip(options: argparse.Namespace, probe: Mapping) -> Found:
     if recorded:
         table = _recording(options, probe, check_pivot)
         names, poses = [f"frame {k}" for k in table["frame"]], marker_transforms(table)
-        if tracked:
-            found = find_pivot(poses, names, by_camera=False)
-        else:
-            board, sensor = board_of(probe["marker"]), _sensor(options)
-            found = find_pivot(poses, names, board, sensor["color"])
+        optics = () if tracked else (board_of(probe["marker"]), _sensor(options)["color"])
     else:
-        names, poses, lost = stated_poses(source, options.unit)
-        found = find_pivot(poses, names)
+        names, poses, lost = probe_recordings.stated_poses(source, options.unit)
+    found = find_pivot(poses, names, *optics, by_camera=not tracked)
     return [*_tip_report(names, lost, found, probe)], found.fields(names, probe.get("probe"))
 
 
@@ -152,19 +142,17 @@ def _tip_report(names: Sequence, lost: Sequence, found: Pivot, probe: Mapping) -
             yield f"  warning: {away}: {hint}"
     if "marker_from_force" in probe:
         transform = with_tip_at(probe | {"force_from_tip": np.eye(4)}, found.tip_m)
-        yield from ("force_from_tip:", *_rows(transform["force_from_tip"], ".6f"))
-        yield from ("tip_covariance_m2:", *_rows(found.covariance, ".4e"))
+        yield from _block("force_from_tip", transform["force_from_tip"], ".6f")
+        yield from _block("tip_covariance_m2", found.covariance, ".4e")
 
 
 def _load(options: argparse.Namespace, probe: Mapping) -> Found:
     source, up = options.source, _up(options)
     if source.is_dir():
         table = _recording(options, probe, check_with_force)
-        poses = static_poses(table, read_force(source), probe)
+        poses = probe_recordings.static_poses(table, read_force(source), probe)
     else:
-        table = read_table(source)
-        rows = [f"row {k}" for k in range(1, len(table) + 1)]
-        poses = StaticPoses(rows, turns_of(table), columns_of(table, WRENCH_COLUMNS))
+        poses = probe_recordings.stated_static_poses(source)
     found = find_payload(poses, up)
     lines = [*_load_report(poses.names, found, probe.get("marker_from_force"))]
     return lines, found.fields(poses.names, probe.get("probe"))
@@ -220,10 +208,8 @@ def _hand_eye(options: argparse.Namespace, probe: Mapping) -> Found:
         *(f"  warning: {line}" for line in found.warnings),
         f"  {found.verdict}",
         "base:",
-        "  camera_from_base:",
-        *_rows(found.camera_from_base, ".9f", "    "),
-        "  covariance:",
-        *_rows(found.covariance, ".4e", "    "),
+        *_block("camera_from_base", found.camera_from_base, ".9f", "  "),
+        *_block("covariance", found.covariance, ".4e", "  "),
     ]
     return lines, found.fields(sensor["sensor"])
 
@@ -257,10 +243,8 @@ def _stiffness_report(read: str, warned: Sequence[str], found: Compliance) -> It
     way, bow, gap = (sure(value * MILLIMETRES, error * MILLIMETRES) for value, error in pairs)
     yield f"  gives way by {way} mm per newton"
     yield f"  bows by {bow} mm"
-    if isfinite(found.gap_m[0]):
-        yield f"  unloading lies {gap} mm from loading"
-    else:
-        yield "  loading or unloading alone: whether they are alike is not determined"
+    alone = "  loading or unloading alone: whether they are alike is not determined"
+    yield f"  unloading lies {gap} mm from loading" if isfinite(found.gap_m[0]) else alone
     yield f"  residual: {round(found.rms_m * MILLIMETRES, 5):.2g} mm (root mean square)"
     yield f"  {found.verdict}"
     yield from (f"  warning: {line}" for line in warned)
@@ -280,9 +264,8 @@ def _probe(options: argparse.Namespace) -> Mapping:
         raise ValueError(f"{path}: content: expected a block marker, found none")
     known = ("probe", "tracked", *TRANSFORMS, "gauge")
     filled = {k: content[k] for k in known if k in content and not blank_fields(content[k])}
-    target = {}
-    if "marker" in content or "tracked" not in content:
-        target = calibrate_camera.target_of(content, path)
+    shown = "marker" in content or "tracked" not in content
+    target = calibrate_camera.target_of(content, path) if shown else {}
     partly(ProbeSpec).read(filled, str(path))
     return target | filled
 
@@ -309,19 +292,18 @@ def _recording(options: argparse.Namespace, probe: Mapping, check: Callable) -> 
     if lines := check(source, sensor):
         raise ValueError("\n".join(lines))
     if tracked:
-        return tracked_table(source, probe)
+        return probe_recordings.tracked_table(source, probe)
     return board_followed(source, sensor, probe["marker"], ProbePose())
 
 
 def _up(options: argparse.Namespace) -> NDArray:
     """Upwards, in the frame of the poses: the camera's, or their base, (3,)."""
-    if options.up is not None:
-        up = np.array(options.up)
+    if (up := options.up) is not None:
         if not (np.isfinite(up).all() and np.linalg.norm(up) > 0):
-            raise ValueError(f"--up: expected a direction, found {options.up}")
-        return up
+            raise ValueError(f"--up: expected a direction, found {up}")
+        return np.array(up)
     if (options.source / POSES).is_file():
-        return BASE_UP
+        return probe_recordings.BASE_UP
     empty = options.source / BACKGROUND
     if not empty.is_dir():
         raise ValueError("--up: expected it, or a recording with background/, found none")
@@ -332,9 +314,10 @@ def _up(options: argparse.Namespace) -> NDArray:
     return table_of(empty, _sensor(options), config.support_plane, seed=config.seed)[:3]
 
 
-def _rows(matrix: Sequence, form: str, indent: str = "  ") -> Iterator[str]:
-    """Rows of a matrix as YAML."""
-    yield from (f"{indent}- [{', '.join(f'{x:{form}}' for x in row)}]" for row in matrix)
+def _block(name: str, matrix: Sequence, form: str, indent: str = "") -> Iterator[str]:
+    """A matrix as YAML, row by row."""
+    yield f"{indent}{name}:"
+    yield from (f"{indent}  - [{', '.join(f'{x:{form}}' for x in row)}]" for row in matrix)
 
 
 def add(commands: Any) -> None:

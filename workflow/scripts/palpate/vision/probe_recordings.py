@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from palpate.capture.poses import POSES, read_poses
-from palpate.capture.tables import columns_of, read_table
+from palpate.capture.tables import WRENCH_COLUMNS, columns_of, read_table
 from palpate.vision.force import block_mean, wrenches
 from palpate.vision.probe import MARKER, QUATERNION, marker_columns, marker_transforms
 
@@ -210,6 +210,19 @@ def static_poses(table: pd.DataFrame, record: pd.DataFrame, probe: Mapping) -> S
     least = np.where(coarse, steps / np.sqrt(12), 0)
     noise = np.maximum(np.sqrt(np.mean(squares, axis=0)), least)
     return StaticPoses(names, np.array(rotations), np.array(readings), noise)
+
+
+def stated_static_poses(path: Path) -> StaticPoses:
+    """Poses of a table with a row for each: the target's rotation, and a wrench [N, Nm].
+
+    Raises
+    ------
+    ValueError
+        As `read_table`, `turns_of` and `columns_of` do.
+    """
+    table = read_table(path)
+    names = [f"row {k}" for k in range(1, len(table) + 1)]
+    return StaticPoses(names, turns_of(table), columns_of(table, WRENCH_COLUMNS))
 
 
 def _still(time_s: NDArray, turns: NDArray) -> list[tuple[int, int]]:
