@@ -22,9 +22,8 @@ from palpate.vision.options import Clouds, SupportPlane
 from palpate.vision.probe import AXIS, TIP, marker_transforms
 from palpate.vision.support_plane import SAMPLES, fit_support_plane, height_above
 
-# How far the object may lie beside where template and tip put it (an operator misses the declared
-# point by 10 mm, an indentation from the side goes as deep), and above it (noise, and the
-# table's) [m].
+# How far the object may lie beside where template and tip put it (an operator misses the point by
+# 10 mm, an indentation from the side goes as deep), and above it (noise, the table's too) [m].
 BESIDE_M, ABOVE_M = 0.020, 0.010
 # A point goes whose mean distance to so many neighbours is so many deviations above the mean.
 OUTLIER_NEIGHBOURS, OUTLIER_RATIO = 20, 2.0
@@ -211,8 +210,7 @@ def clouds_of(
         background beside the capture, where there is one, are not the object's.
     poses : DataFrame
         probe_pose.csv.
-    reach : Reach
-    options : Clouds
+    reach, options : Reach and Clouds
     frames : sequence of int, optional
         All by default.
 
