@@ -110,7 +110,7 @@ def test_counts_of_depth(root):
 
 
 SENSOR = {"sensor": "zivid", "kind": "cloud", "cloud": {"unit": "m"}, "range_m": [0.2, 2.0]}
-SENSOR |= {"base": {"camera_from_base": np.eye(4).tolist()}}
+SENSOR |= {"base": {"camera_from_base": np.eye(4).tolist()}, "frame_rate_hz": 10}
 POINTS = np.random.default_rng(0).uniform([-0.1, -0.1, 0.6], [0.1, 0.1, 0.8], (120, 3))
 PLY = "ply\nformat {} 1.0\nelement vertex {}\n{}end_header\n"
 PCD = """VERSION 0.7\nFIELDS x y z normal_x normal_y normal_z\nSIZE 4 4 4 4 4 4\nTYPE F F F F F F

@@ -143,11 +143,13 @@ def test_samples_outside_of_the_contact_near_enough_and_off_the_edges(direct, sy
     assert np.array_equal(found.moved_m[0] == 0, (NORMAL[chosen, 2] == 0))
 
 
-@pytest.mark.parametrize("height_m, farthest_m", [(0.06, 0.06), (0.001, 0.03), (0.3, 0.1)])
+@pytest.mark.parametrize(
+    "height_m, farthest_m", [(0.06, 0.06), (0.001, np.hypot(0.03, 0.00622)), (0.3, 0.1)]
+)
 def test_beyond_its_height_a_base_that_may_slide_is_not_compared(
     direct, synthetic, height_m, farthest_m
 ):
-    """But as far as a contact's samples need, twice the nearest, and no farther than others."""
+    """But so far that some samples are seen beside the probe, and no farther than others."""
     whole = synthetic.table()
     doubled = {
         name: np.concatenate([getattr(whole, name), getattr(whole, name)[:1]])

@@ -37,6 +37,7 @@ def lab(synthetic, sensors, ranges):
     nu = float(table.poisson_ratios[at])
     planned = Planned(table, synthetic.template, synthetic.support, *rig, E_PA, nu, FIT)
     contact = Contact(
+        table.point_m,
         table.depth_m,
         E_PA * table.force_per_modulus_m2[0, at],
         table.surface_rest_m,

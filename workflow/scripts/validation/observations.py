@@ -4,7 +4,7 @@
 
 of the folder of a finished `make validation`, whose objects, contact solutions and indentation
 tables are taken. FILE.yaml, config/observations.yaml by default, says what is drawn; tables of its
-name, FILE.csv and FILE_by_tenth.csv, are written there, and how often intervals hold is printed.
+name, FILE.csv and FILE_by_tenth.csv, are written into RUN, and how often intervals hold is printed.
 Errors of template, radius and table are those of the run, the same in all draws of an object, which
 are therefore not quite independent; crosstalk of the force, outliers and missing samples are left
 out.
@@ -116,7 +116,7 @@ class Lab:
     material : mapping
         material.json.
     ranges, noise : mapping
-        Of config/observations.yaml: protocols and rigs, and the noise of the sensor's recordings.
+        Of such a file: protocols and rigs, and the noise of the sensor's recordings.
     """
 
     planned: Planned
@@ -238,7 +238,7 @@ def relaxed(
 
 
 def lab_of(run: Path, name: str, sensor: str, ranges: Mapping) -> Lab:
-    """An object and a sensor of a run, by its files and config/observations.yaml."""
+    """An object and a sensor of a run, by its files and what is drawn."""
     config, results = load_yaml(run / "config.yaml"), run / "results"
     rig = rig_of(run / "raw" / name, results / name, "01", run / "sensors", sensor)
     material = load_yaml(results / "lab" / name / "material.json")
@@ -269,7 +269,10 @@ def estimates(
     run: Path, name: str, sensor: str, draws: int, seed: int, ranges: Path = RANGES
 ) -> list[dict]:
     """Estimates of draws of an object and a sensor beside their truth, one row each."""
-    lab, rows = lab_of(run, name, sensor, load_yaml(ranges)), []
+    try:
+        lab, rows = lab_of(run, name, sensor, load_yaml(ranges)), []
+    except ValueError as error:
+        return [{"object": name, "sensor": sensor, "rejected": str(error)}]
     planned, known = lab.planned, ProbeUncertainty.of(lab.planned.probe)
     radius_m = planned.table.radius_m
     for k in range(draws):

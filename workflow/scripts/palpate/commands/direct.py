@@ -233,7 +233,9 @@ def add(commands: Any) -> None:
     verb.add_argument("folders", type=Path, nargs="+", metavar="FOLDER", help=text)
     verb.add_argument("--nu", type=float, help="Poisson's ratio, where it is known beforehand")
     verb.add_argument("--nu-std", type=float, metavar="STD", help="and how well (0.002)")
-    verb.add_argument("--fast", action="store_true", help="a coarse table, in a tenth of the time")
+    verb.add_argument(
+        "--fast", action="store_true", help="a coarse table, in an eighth of the time"
+    )
     verb.add_argument("--figure", type=Path, help="draw press and surface (.png, .svg, .pdf)")
     verb.add_argument("--json", action="store_true", help="for programs")
     verb.add_argument("--config", type=Path, help="options of all steps; else config/config.yaml")

@@ -84,7 +84,7 @@ def _elastic(time: NDArray, force: NDArray, g: NDArray, tau: NDArray) -> tuple[N
     keep, add = _steps(time, tau)
     count, width = len(tau), len(tau) + 1
     term, below = np.arange(1, width), count + width
-    # Of the sum that is the force, and of each h_i from one sample to the next; the first is F_e.
+    # A row for F = (1 - sum g_i) F_e + sum g_i h_i, and one for a step of each h_i, at first F_e.
     bands = np.zeros((below + width, len(time), width))
     bands[count], bands[count, :, 0] = 1, 1 - g.sum()
     bands[count - term, :, term] = g[:, None]

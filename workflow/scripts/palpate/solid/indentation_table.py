@@ -75,7 +75,7 @@ class IndentationModel:
     @property
     def slides(self) -> bool:
         """Whether the object has a broad base that is not bonded."""
-        return self.laws[-1].endswith(SLIDING)
+        return any(law.endswith(SLIDING) for law in self.laws)
 
 
 def ratio_weights(ratios: NDArray, nu: float) -> tuple[NDArray, NDArray]:

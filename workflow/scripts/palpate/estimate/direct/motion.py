@@ -18,7 +18,6 @@ from palpate.estimate.direct.samples import (
     ClosestAtRest,
     ProbeInView,
     RestSurface,
-    Samples,
     cell_heights,
     facing_samples,
     samples_of,
@@ -34,14 +33,12 @@ from palpate.vision.clouds import viewpoint_of
 POOLED_FRAMES = 6.0
 # A sample is seen in so many frames at rest or more, and in one with this part of its mean count.
 FEWEST_AT_REST, FEWEST_PART = 3, 0.5
-# The camera must see some of the surface this near to the contact [m].
-NEAR_M = 0.04
-# At rest the tip is at least so far above the surface; depths are known to about half of it [m].
-CLEAR_M = 0.0005
-# Of a stereo head, so many windows beside the tip hold both tip and surface.
-CLEAR_WINDOWS = 1.3
-# More frames at rest than these do not determine better where samples are.
-MOST_AT_REST = 120
+# The camera must see some of the surface this near to the contact; at rest the tip is at least so
+# far above the surface, about twice what depths are known to [m].
+NEAR_M, CLEAR_M = 0.04, 0.0005
+# Of a stereo head, so many windows beside the tip hold both tip and surface; and more frames at
+# rest than these do not determine better where samples are.
+CLEAR_WINDOWS, MOST_AT_REST = 1.3, 120
 SHAPES = {
     "cell_m": ("samples", 3),
     "normal": ("samples", 3),
@@ -52,11 +49,13 @@ SHAPES = {
 
 
 @dataclass(frozen=True)
-class SurfaceMotion(Samples):
+class SurfaceMotion:
     """Normal displacement of a surface's samples in each frame against the frames at rest.
 
     Attributes
     ----------
+    cell_m, normal : (c, 3) arrays
+        Places on the undeformed template, object frame [m], and unit normals outward.
     moved_m : (f, c) array
         From a sample along its normal to the observed surface, less the same at rest [m]; NaN where
         the sample was not seen.
@@ -66,6 +65,8 @@ class SurfaceMotion(Samples):
         Standard deviation of the mean of the frames at rest [m].
     """
 
+    cell_m: NDArray
+    normal: NDArray
     moved_m: NDArray
     std_m: NDArray
     rest_std_m: NDArray

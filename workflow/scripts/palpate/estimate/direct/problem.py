@@ -34,8 +34,8 @@ from palpate.vision.clock import stated_clock_std_s
 from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP, from_pictures, marker_transforms
 
-# A force sensor's noise is not less [N].
-LEAST_NOISE_N = 1e-4
+# A force sensor's noise is not less [N]; nearer to the contact windows hold the probe too [m].
+LEAST_NOISE_N, LEAST_REACH_M = 1e-4, 0.03
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ def direct_indentation(
 def compared_m(
     table: IndentationModel, support: Support, options: Fit, radius_m: float, depth_m: float
 ) -> tuple[float, float]:
-    """From where to where samples are compared, distances from a contact of this depth [m].
+    """From where to where samples are compared, distances from a sphere of this depth [m].
 
     A broad base that is not bonded sticks below the contact and slides far from it, as neither of
     the table's does: beyond about the height of the contact it moves the surface as nu would.
@@ -229,7 +229,8 @@ def compared_m(
     )
     if table.slides:
         height_m = float(support.heights_m(table.point_m[None])[0])
-        farthest_m = min(farthest_m, max(height_m, 2 * nearest_m))
+        least_m = float(np.hypot(max(2 * nearest_m, LEAST_REACH_M), radius_m))
+        farthest_m = min(farthest_m, max(height_m, least_m))
     return nearest_m, farthest_m
 
 
