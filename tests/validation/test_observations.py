@@ -8,11 +8,12 @@ import pandas as pd
 import pytest
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.table import sample_table
 from palpate.estimate.relaxation import relaxed_force
 from palpate.modulus import columns
 from palpate.plan import Noise, Planned
 from palpate.yaml_files import load_yaml
-from validation.observations import MODULI, Contact, Lab, by_tenth, relaxed, summary
+from validation.observations import MODULI, Contact, Lab, _brought, by_tenth, relaxed, summary
 
 E_PA = 2e4
 FIT = Fit(poisson_ratio_bounds=(0.0, 0.45))
@@ -107,6 +108,26 @@ def test_errors_of_the_rig_are_in_all_its_captures(lab):
         gain = 1 + drawn["force_gain"]
         assert one.force_n.max() == pytest.approx(gain * right.force_n.max(), abs=3e-4)
     assert np.isclose(*(one.tip_depth_m[0] for one in captures))
+
+
+def test_a_table_is_brought_to_where_the_lab_touches(synthetic):
+    """On a flat, 5 mm along it: what it does to the surface goes with it."""
+    table, aside_m = synthetic.table(), np.array([0.003, 0.004, 0.0])
+    found = _brought(table, synthetic.template, table.point_m + aside_m)
+    assert found.point_m == pytest.approx(table.point_m + aside_m, abs=1e-6)
+    cells = table.point_m + np.array([[0.02, 0, 0], [0, -0.03, 0], [-0.02, 0.02, 0]])
+    up = np.tile([0.0, 0, 1], (3, 1))
+    moved, expected = (
+        sample_table(of, at, up) for of, at in ((found, cells + aside_m), (table, cells))
+    )
+    assert moved.motion_m == pytest.approx(expected.motion_m, abs=1e-7)
+
+
+def test_a_careful_protocol_says_all_that_is_drawn(root, ranges):
+    careful = load_yaml(root / "config/careful.yaml")
+    assert set(careful) - set(ranges) == {"fit", "probe"} and set(ranges) <= set(careful)
+    assert set(careful["evenly"]) == set(ranges["evenly"])
+    Fit.read(careful["fit"])
 
 
 def test_the_force_relaxes_as_a_prony_series():

@@ -150,8 +150,7 @@ class Planned(PlannedCaptures):
 
     def _usual(self, protocol: Protocol) -> tuple[DirectIndentation, Scales]:
         """A capture with deviations as captures usually show them."""
-        drawn = vars(self).setdefault("_drawn", {})
-        if (key := repr(protocol)) not in drawn:
+        if (key := repr(protocol)) not in self._drawn:
             pattern_m = DEPTH_PATTERN * self.options.depth_pattern_std_m
             options = self.options.model_copy(update={"depth_pattern_std_m": pattern_m})
             found, scales, guess = [], [], self._guess
@@ -160,8 +159,13 @@ class Planned(PlannedCaptures):
                 found.append(with_pattern(one, guess, options))
                 scales.append(scales_of(found[-1], linearised(found[-1], guess)))
             mean = np.mean([(one.motion, one.sharing) for one in scales], axis=0)
-            drawn[key] = found[0], Scales(*map(float, mean))
-        return drawn[key]
+            self._drawn[key] = found[0], Scales(*map(float, mean))
+        return self._drawn[key]
+
+    @cached_property
+    def _drawn(self) -> dict[str, tuple[DirectIndentation, Scales]]:
+        """What was drawn, by protocol."""
+        return {}
 
     def varied(self, protocol: Protocol) -> Iterator[tuple[str, Forecast]]:
         """Forecasts of a protocol and of others that differ in one thing, with what that is.

@@ -266,11 +266,11 @@ def _brought(table: IndentationModel, template: Template, point_m: NDArray) -> I
 
 
 def estimates(
-    run: Path, name: str, sensor: str, draws: int, seed: int, ranges: Path = RANGES
+    run: Path, ranges: Mapping, name: str, sensor: str, draws: int, seed: int
 ) -> list[dict]:
     """Estimates of draws of an object and a sensor beside their truth, one row each."""
     try:
-        lab, rows = lab_of(run, name, sensor, load_yaml(ranges)), []
+        lab, rows = lab_of(run, name, sensor, ranges), []
     except ValueError as error:
         return [{"object": name, "sensor": sensor, "rejected": str(error)}]
     planned, known = lab.planned, ProbeUncertainty.of(lab.planned.probe)
@@ -330,9 +330,13 @@ def main(argv: Sequence[str] | None = None) -> None:
     if not pairs:
         expected = f"expected what `make validation` leaves in {results}"
         parser.exit(1, f"error: run: {expected}, found no direct.json\n")
-    seeded = given.draws, given.seed, given.ranges
+    try:
+        ranges = load_yaml(given.ranges)
+    except ValueError as error:
+        parser.exit(1, f"error: ranges: {error}\n")
+    seeded = given.draws, given.seed
     with ProcessPoolExecutor() as pool:
-        jobs = [pool.submit(estimates, given.run, *pair, *seeded) for pair in sorted(pairs)]
+        jobs = [pool.submit(estimates, given.run, ranges, *pair, *seeded) for pair in sorted(pairs)]
         table = pd.DataFrame([row for job in jobs for row in job.result()])
     name = given.ranges.stem
     table.to_csv(given.run / f"{name}.csv", index=False)
