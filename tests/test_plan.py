@@ -68,10 +68,14 @@ def test_what_limits_is_the_noise_that_is_large(planned, protocol):
 
 def test_a_camera_that_sees_nothing_or_a_depth_beyond_the_table_is_an_error(planned, protocol):
     below = replace(protocol, camera_m=planned.table.point_m - [0, 0, 0.5])
-    with pytest.raises(ValueError, match="samples: expected some that the camera sees"):
+    with pytest.raises(ValueError, match="some that the camera sees, found all hidden"):
         planned.forecast(below)
     with pytest.raises(ValueError, match="up to the table's 6.0 mm, found 7 mm"):
         planned.forecast(replace(protocol, depth_m=0.007))
+    # Nothing is hidden of samples that are too far off.
+    close = FIT.changed(farthest_m=FIT.nearest_m)
+    with pytest.raises(ValueError, match="mm from the contact, off base.*, found none"):
+        replace(planned, options=close).forecast(protocol)
 
 
 def test_a_force_within_its_noise_or_a_frame_or_two_determine_nothing(planned, protocol):

@@ -205,7 +205,14 @@ class PlannedCaptures:
             raise ValueError(f"frame_rate_hz: expected {expected}, found {len(frames)}")
         tips_m = self.table.point_m + (depth_m - protocol.radius_m)[:, None] * direction
         middle, tips_m = tips_m[frames].mean(axis=0), tips_m[frames]
-        chosen = self._compared(samples, middle, protocol) & (edges_m > options.crease_m)
+        of_protocol = protocol.radius_m, protocol.depth_m
+        limits_m = compared_m(self.table, self.support, options, *of_protocol)
+        near = self._near(samples, middle, limits_m) & (edges_m > options.crease_m)
+        if not near.any():
+            low, high = (f"{MILLIMETRES * one:.0f}" for one in limits_m)
+            expected = f"some from {low} to {high} mm from the contact, off base and edges"
+            raise ValueError(f"samples: expected {expected}, found none")
+        chosen = near & self._in_view(samples, protocol.camera_m)
         samples, names = samples.at(chosen), ("motion_m", "motion_change_m", "motion_by_place")
         table = replace(table, **{name: getattr(table, name)[..., chosen] for name in names})
         hidden, rest = self._hidden(samples, tips_m, protocol), int((depth_m <= depth_m[0]).sum())
@@ -263,16 +270,12 @@ class PlannedCaptures:
             roots[BASE_SOURCE] = turn @ known.base_root_m(place_m)
         return roots
 
-    def _compared(self, samples: Samples, middle_m: NDArray, protocol: Protocol) -> NDArray:
-        """Samples neither under the sphere nor too far off that the camera can see, (c,) bool."""
-        options, direction = self.options, self.table.direction
-        of_protocol = protocol.radius_m, protocol.depth_m
-        nearest_m, farthest_m = compared_m(self.table, self.support, options, *of_protocol)
-        away = samples.cell_m - middle_m
+    def _near(self, samples: Samples, middle_m: NDArray, limits_m: tuple) -> NDArray:
+        """Samples neither under the sphere nor too far off nor on the base, (c,) bool."""
+        away, direction = samples.cell_m - middle_m, self.table.direction
         beside = np.linalg.norm(away - (away @ direction)[:, None] * direction, axis=1)
-        near = np.linalg.norm(away, axis=1) < farthest_m
-        near &= ~self.support.holds(samples.cell_m)
-        return (beside > nearest_m) & near & self._in_view(samples, protocol.camera_m)
+        near = (beside > limits_m[0]) & (np.linalg.norm(away, axis=1) < limits_m[1])
+        return near & ~self.support.holds(samples.cell_m)
 
     def _hidden(self, samples: Samples, tips_m: NDArray, protocol: Protocol) -> NDArray:
         """What the probe hides, (frames, samples) bool."""
