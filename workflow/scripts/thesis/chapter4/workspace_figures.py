@@ -9,26 +9,27 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.report import style
 from palpate.report.panels import named
+from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE
 from palpate.units import CENTIMETRES, MILLIMETRES
 from palpate.vision.pose import CORNERS, REFINED, averages, select_threshold
 
 from thesis.chapter4.workspace import AXES, by_sensor
 from thesis.diagrams import DASHED, TEXT_PT, by_sensor_panels, legend_below, provenances
 
-COLOURS = (style.BLUE, style.GREEN, style.ORANGE)
+COLOURS = (BLUE, GREEN, ORANGE)
 AXIS_LOOKS = {
     name: {"color": colour, "marker": mark}
     for name, colour, mark in zip("xyz", COLOURS, "os^", strict=True)
 }
-SENSOR_LOOKS = {"bumblebee": {"color": style.BLUE, "marker": "o"}}
-SENSOR_LOOKS |= {"kinect": {"color": style.ORANGE, "marker": "s"}}
+SENSOR_LOOKS = {"bumblebee": {"color": BLUE, "marker": "o"}}
+SENSOR_LOOKS |= {"kinect": {"color": ORANGE, "marker": "s"}}
 # Sensors see the same places: a cross shows inside a ring.
 PLACE_LOOKS = {"bumblebee": {"marker": "o", "ms": 7}, "kinect": {"marker": "+", "ms": 6}}
-OTHER = {"color": style.BLACK, "marker": "^"}
+OTHER = {"color": BLACK, "marker": "^"}
 # Where the study's own choice of threshold lies [px] (Section 4.2.3).
 STUDY_PX = {"bumblebee": 0.25, "kinect": 0.45}
-CORNERS_LOOK = {"label": "as the study", "marker": "o", "color": style.BLUE, "ms": 3.6}
-REFINED_LOOK = {"label": "refined on the picture", "marker": "D", "color": style.ORANGE}
+CORNERS_LOOK = {"label": "as the study", "marker": "o", "color": BLUE, "ms": 3.6}
+REFINED_LOOK = {"label": "refined on the picture", "marker": "D", "color": ORANGE}
 REFINED_LOOK |= {"ms": 3.4, "mfc": "none"}
 THRESHOLD = "Reprojection threshold (px)"
 FACTORS = {"std_angle_rad": float(np.degrees(1))}
@@ -49,7 +50,7 @@ def figure_4_14(inputs: Any, params: Any) -> Figure:
         panel.set_aspect("equal", adjustable="datalim")
         panel.margins(0.12)
         named(panel, letter, title)
-        arrow = {"arrowstyle": "-|>", "lw": 0.8, "color": style.BLACK}
+        arrow = {"arrowstyle": "-|>", "lw": 0.8, "color": BLACK}
         text = "to the camera at 0"
         look = {"xycoords": "axes fraction", "textcoords": "offset points", "fontsize": TEXT_PT}
         panel.annotate(text, (0.01, 0.96), (22, 0), va="center", arrowprops=arrow, **look)
@@ -65,9 +66,9 @@ def figure_4_15(inputs: Any, params: Any) -> Figure:
         for axis, look in AXIS_LOOKS.items():
             values = means[f"std_{axis}_m"] * MILLIMETRES
             panel.plot(means.index, values, "-", ms=3.5, label=f"${axis}$", **look)
-        panel.axvline(select_threshold(table), color=style.BLACK, lw=0.8, label="selected")
+        panel.axvline(select_threshold(table), color=BLACK, lw=0.8, label="selected")
         if name in STUDY_PX:
-            study = {"color": style.GREY, "lw": 0.8, "ls": DASHED, "label": "the study's"}
+            study = {"color": GREY, "lw": 0.8, "ls": DASHED, "label": "the study's"}
             panel.axvline(STUDY_PX[name], **study)
         panel.set_xlabel(THRESHOLD)
     axes[0, 0].set_ylabel("Mean standard deviation\nof the tip (mm)")
@@ -84,7 +85,7 @@ def by_threshold(inputs: Any, params: Any) -> Figure:
         look = SENSOR_LOOKS.get(name, OTHER)
         panel.plot(values.index, values, "-", ms=3.5, label=style.sensor_name(name), **look)
         panel.plot(selected, values[selected], ls="", ms=8, mfc="none", **look)
-    panel.plot([], [], "o", ms=8, mfc="none", mec=style.GREY, label="selected")
+    panel.plot([], [], "o", ms=8, mfc="none", mec=GREY, label="selected")
     panel.set(xlabel=THRESHOLD, ylabel=params.label)
     panel.set_ylim(bottom=0)
     # Above the panel: curves may be anywhere in it.
