@@ -94,6 +94,21 @@ class StudyRun(Run):
         """Options of the minimisation for an object."""
         return self.search | self.config["minimise"]["objects"].get(wildcards.object, {})
 
+    @property
+    def made_materials(self) -> list[str]:
+        """Objects of the run whose true material the lab knows."""
+        return sorted({capture.object for capture in self.captures if capture in self.simulated})
+
+    def materials(self) -> list[str]:
+        """True material of each of those."""
+        return [self.truth(f"{name}/material.json") for name in self.made_materials]
+
+    def sensors_of(self, experiment: str) -> list[str]:
+        """Sensors of which there is an experiment, the lab's or dropped."""
+        made, raw = self.lab_experiments, Path(self.raw("sensors"))
+        places = {name: f"{name}/{experiment}" for name in sorted(self.sensors)}
+        return [name for name, at in places.items() if at in made or (raw / at).is_dir()]
+
     def of_project(self, name: str) -> str:
         """A file of the project, wherever the run is."""
         path = PROJECT / name

@@ -272,15 +272,6 @@ class Run:
         return [self.raw(name) for name in [*names, *(["simulations"] if names else [])]]
 
     @property
-    def made_materials(self) -> list[str]:
-        """Objects of the run whose true material the lab knows."""
-        return sorted({capture.object for capture in self.captures if capture in self.simulated})
-
-    def materials(self) -> list[str]:
-        """True material of each of those."""
-        return [self.truth(f"{name}/material.json") for name in self.made_materials]
-
-    @property
     def scanned(self) -> list[str]:
         """Objects whose templates are made of scans."""
         return [name for name in self.objects if "scans" in self.descriptions[name]["template"]]
@@ -295,12 +286,6 @@ class Run:
         """First tracked capture of an object by each sensor."""
         first = {c["sensor"]: c for c in reversed(self.described_of("tracked", name))}
         return [first[sensor] for sensor in sorted(first)]
-
-    def sensors_of(self, experiment: str) -> list[str]:
-        """Sensors of which there is an experiment, the lab's or dropped."""
-        made, raw = self.lab_experiments, Path(self.raw("sensors"))
-        places = {name: f"{name}/{experiment}" for name in sorted(self.sensors)}
-        return [name for name, at in places.items() if at in made or (raw / at).is_dir()]
 
     @property
     def lab_experiments(self) -> list[str]:
