@@ -168,12 +168,19 @@ def points_by_group(
 ) -> Iterator[dict[str, tuple[Modulus, float]]]:
     """Of each group `point_moduli`, of its captures and their direct.json."""
     for group in groups:
-        mine = [
-            (capture, single)
-            for capture, single in zip(captures, singles, strict=True)
-            if all(capture[name] == group[name] for name in ("object", "sensor"))
-        ]
+        mine = of_group(group, captures, singles)
         yield point_moduli(*zip(*mine, strict=True)) if mine else {}
+
+
+def of_group(
+    group: Mapping, captures: Sequence[Mapping], singles: Sequence[Mapping]
+) -> list[tuple[Mapping, Mapping]]:
+    """Captures of a group's object and sensor, each with its direct.json."""
+    return [
+        (capture, single)
+        for capture, single in zip(captures, singles, strict=True)
+        if all(capture[name] == group[name] for name in ("object", "sensor"))
+    ]
 
 
 def _homogeneity(points: Mapping[str, tuple[Modulus, float]]) -> dict[str, float]:

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from palpate.json_fields import read_all
 from palpate.modulus import IDENTIFIED, LABELS
-from palpate.report.estimate_rows import compared
+from palpate.report.estimate_rows import compared, of_group
 from palpate.report.style import BLACK, BLUE, PAGE_IN, finished, sensor_name
 from palpate.units import KILOPASCALS
 
@@ -60,14 +60,9 @@ def moduli_figure(
     truths : mapping
         True moduli by object and quantity, where they are known.
     """
-    found = list(zip(captures, singles, strict=True))
     rows: dict[str, list[Line]] = {}
     for group, joint in zip(groups, joints, strict=True):
-        mine = [
-            (capture["capture"], single)
-            for capture, single in found
-            if all(capture[name] == group[name] for name in ("object", "sensor"))
-        ]
+        mine = [(of["capture"], single) for of, single in of_group(group, captures, singles)]
         rows.setdefault(group["object"], []).extend(_lines(group["sensor"], mine, joint))
     heights = [AROUND_IN + LINE_IN * len(lines) for lines in rows.values()]
     size = (PAGE_IN, min(sum(heights), HIGHEST_IN))
