@@ -9,7 +9,7 @@ from palpate.surface.template import Template, refine_template
 from palpate.vision.pose import MarkerPose, averages, select_threshold
 from scipy.spatial.transform import Rotation
 from thesis.chapter4 import workspace
-from thesis.chapter4.box import outline_distance, place_box
+from thesis.chapter4.probe_tests import outline_distance, place_box
 from thesis.chapter5 import rigid_slide
 
 WITHIN = {"largest_distance_m": 0.012, "largest_normal_deg": 60}
