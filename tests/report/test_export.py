@@ -14,8 +14,7 @@ from palpate.estimate.relaxation import relaxed_share
 from palpate.modulus import Modulus
 from palpate.report import tables
 from palpate.report.estimate_rows import direct_rows, summary
-from palpate.report.material import Material
-from palpate.report.material_cards import PROGRAMMES, UNITS
+from palpate.report.material import PROGRAMMES, UNITS, Material
 from palpate.solid.laws import NEO_HOOKEAN
 
 E, NU, FRACTIONS, TIMES_S = 24130.0, 0.31, (0.08, 0.05), (0.2, 5.0)

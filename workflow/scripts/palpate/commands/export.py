@@ -10,8 +10,7 @@ from palpate.capture.discover import CURVE
 from palpate.capture.files import write_text
 from palpate.commands.help import add_verb
 from palpate.commands.project import Project
-from palpate.report.material import Material, material_of, recommended_row
-from palpate.report.material_cards import PROGRAMMES, UNITS
+from palpate.report.material import PROGRAMMES, UNITS, Material, material_of, recommended_row
 
 # Objects with results that are named where another was asked for.
 MOST_NAMED = 12

@@ -1,4 +1,4 @@
-"""The material of an object's recommended estimate, and what has to be said beside its numbers."""
+"""The material of an object's recommended estimate, and its cards for FElupe, FEBio and Abaqus."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,11 +9,14 @@ import pandas as pd
 
 from palpate.json_fields import numbers_of, read_fields
 from palpate.modulus import ASSUMED, AT_BOUND, BOUNDED, IDENTIFIED, INTERVAL, VERDICTS, Modulus
+from palpate.report.pages import rendered
 from palpate.solid.laws import lame_from_engineering
+from palpate.units import MILLIMETRES
 
 # Verdicts with which Young's modulus is a number to compute with.
 TOLD = (IDENTIFIED, BOUNDED, INTERVAL)
 KNOWN_BEFORE = "a ratio that is known beforehand is declared by direct.fit.poisson_ratio"
+LAW = "W = mu/2 (I1 - 3) - mu ln J + lam/2 (J - 1)^2"
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,7 @@ def material_of(row: pd.Series, estimate: Path | None = None) -> Material:
     return Material(row["object"], E, nu, _notes(row), fractions, times_s)
 
 
-def comment(material: Material) -> list[str]:
+def _comment(material: Material) -> list[str]:
     """What stands at the head of a card: the numbers with their intervals, and the notes."""
     moduli = {"E": material.youngs_modulus, "nu": material.poisson_ratio}
     lines = [f"{name} = {one}: {VERDICTS[one.verdict]}" for name, one in moduli.items()]
@@ -140,3 +143,53 @@ def _notes(row: pd.Series) -> tuple[str, ...]:
         notes.append(f"effective E* = {effective}: {equal}")
     warnings = row.get("warnings")
     return (*notes, *([f"warning: {warnings}"] if pd.notna(warnings) else []))
+
+
+@dataclass(frozen=True)
+class Units:
+    """Units of a card: those of moduli, forces, lengths and times, and the factor from pascals."""
+
+    told: str
+    modulus: float
+
+
+UNITS = {
+    "m": Units("Pa, N, m, s", 1.0),
+    # A newton on a square millimetre is a megapascal.
+    "mm": Units("MPa, N, mm, s", MILLIMETRES**-2),
+}
+
+
+@dataclass(frozen=True)
+class Programme:
+    """A programme: the suffix of its files, and how many terms of a Prony series it takes."""
+
+    name: str
+    suffix: str
+    most_terms: int | None = None
+
+    def write(self, material: Material, units: Units) -> str:
+        """Text of a card, by the template of the suffix: Eq. 2.2's law, or the nearest one.
+
+        Ten digits: what is read back differs by less than anything that was measured.
+
+        Raises
+        ------
+        ValueError
+            If the material relaxes in more terms than the programme takes.
+        """
+        terms = list(zip(material.fractions, material.times_s, strict=True))
+        if self.most_terms and len(terms) > self.most_terms:
+            expected = f"expected {self.most_terms} for {self.name} at most"
+            raise ValueError(f"relaxation.times_s: {expected}, found {len(terms)}")
+        lam, mu = (units.modulus * pascals for pascals in material.lame_pa)
+        known = {"name": material.name, "law": LAW, "lam": lam, "mu": mu, "terms": terms}
+        told = [*_comment(material), f"units: {units.told}"]
+        return rendered(f"card{self.suffix}.j2", told=told, **known).rstrip() + "\n"
+
+
+PROGRAMMES = {
+    "felupe": Programme("FElupe", ".py"),
+    "febio": Programme("FEBio", ".feb", most_terms=6),
+    "abaqus": Programme("Abaqus", ".inp"),
+}

@@ -10,8 +10,7 @@ from palpate.report import own_words as words
 from palpate.report.budget_bars import bars, largest
 from palpate.report.data_package import links_of
 from palpate.report.held import Held, checks_of, press_of, recording, rows
-from palpate.report.material import names_of
-from palpate.report.material_cards import PROGRAMMES
+from palpate.report.material import PROGRAMMES, names_of
 from palpate.report.other_methods import others
 from palpate.report.own_figures import HERTZ, MAPPED, OWN_FIGURES, TEXTS
 from palpate.report.pages import rendered, title_of
