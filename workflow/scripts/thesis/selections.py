@@ -22,8 +22,6 @@ FEWEST_POINTS, FEWEST_ATTEMPTS = 4, 3
 END_POINT = "17"
 # Trackers whose surfaces the figures show.
 DRAWN_TRACKERS = {"study", "unrefined", "single_view"}
-SIMULATED_DATA = ("exact", "tracked")
-STEPS = "simulations/foam_block.npz"
 # What the accuracy of every stage is measured on, of a capture.
 STAGES = ("mask.npz", "probe_pose.csv", "force.csv", "clock.json", "clouds.npz")
 
@@ -290,34 +288,6 @@ class Selection(SensorSelection):
         """Folder of all results, from a table's."""
         return lambda wildcards, output: str(Path(output.csv).parents[1])
 
-    # The simulated block.
-
-    def tracked_steps(self) -> Callable:
-        """Its tracked surface, for a job on tracked data."""
-        tracked = self.run.results("simulation/tracked.npz")
-        return lambda wildcards: tracked if wildcards.data == "tracked" else []
-
-    def lab_simulates(self) -> bool:
-        """Whether the lab makes it in this run."""
-        return self.whole and self.run.lab is not None and "simulated_block" in self.run.lab
-
-    def has_simulation(self) -> bool:
-        """Whether the run has it."""
-        return self.whole and (self.lab_simulates() or Path(self.run.raw(STEPS)).exists())
-
-    def simulation_options(self, *names: str) -> dict:
-        """Some of its options, so that the others re-run nothing."""
-        return {name: self.run.config["simulation"][name] for name in names}
-
-    def simulated_minima(self) -> list[str]:
-        """Its minima, by data and then by error option."""
-        found = self.run.results
-        return [
-            found(f"simulation/minimise-{data}-{error}.json")
-            for data in SIMULATED_DATA
-            for error in self.run.errors
-        ]
-
     # Of comparison and accuracy.
 
     def our_tables(self) -> list[str]:
@@ -370,9 +340,3 @@ class Selection(SensorSelection):
         """One recording of each, whose truth has its undeformed surface."""
         first = {c.object: vars(c) for c in sorted(self.run.simulated, reverse=True)}
         return [first[name] for name in self.scanned_by_lab()]
-
-    def lab_records(self) -> bool:
-        """Whether the lab makes recordings of planes, workspace and loading."""
-        made = self.run.lab_experiments or "simulated_block" in (self.run.lab or {})
-        names = ("planes", "workspace", "loading")
-        return self.whole and bool(made) and all(map(self.run.sensors_of, names))

@@ -1,6 +1,6 @@
-"""What diagrams of the sensors, views of the rig and recordings about sensors are made from."""
+"""What is made of sensors, of recordings about them, and of the simulated block."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +20,8 @@ READINGS = {
     "cd_case": "cd_case_path.csv",
     "loading": "loading.csv",
 }
+SIMULATED_DATA = ("exact", "tracked")
+STEPS = "simulations/foam_block.npz"
 
 
 @dataclass(frozen=True)
@@ -159,3 +161,37 @@ class SensorSelection:
         ]
         root, _, path = pattern.partition("/")
         return [getattr(self.run, root)(one.partition("/")[2]) for one in found] if path else found
+
+    def lab_records(self) -> bool:
+        """Whether the lab makes recordings of planes, workspace and loading."""
+        made = self.run.lab_experiments or "simulated_block" in (self.run.lab or {})
+        names = ("planes", "workspace", "loading")
+        return self.whole and bool(made) and all(map(self.run.sensors_of, names))
+
+    # The simulated block.
+
+    def tracked_steps(self) -> Callable:
+        """Its tracked surface, for a job on tracked data."""
+        tracked = self.run.results("simulation/tracked.npz")
+        return lambda wildcards: tracked if wildcards.data == "tracked" else []
+
+    def lab_simulates(self) -> bool:
+        """Whether the lab makes it in this run."""
+        return self.whole and self.run.lab is not None and "simulated_block" in self.run.lab
+
+    def has_simulation(self) -> bool:
+        """Whether the run has it."""
+        return self.whole and (self.lab_simulates() or Path(self.run.raw(STEPS)).exists())
+
+    def simulation_options(self, *names: str) -> dict:
+        """Some of its options, so that the others re-run nothing."""
+        return {name: self.run.config["simulation"][name] for name in names}
+
+    def simulated_minima(self) -> list[str]:
+        """Its minima, by data and then by error option."""
+        found = self.run.results
+        return [
+            found(f"simulation/minimise-{data}-{error}.json")
+            for data in SIMULATED_DATA
+            for error in self.run.errors
+        ]

@@ -1,13 +1,13 @@
 """Computations behind the study's findings; each can come out either way."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
 from palpate.units import PERCENT
 
 from thesis.findings.printed import BALL, BLOCK, EAR
-from thesis.findings.verdicts import Outcome, every, rank_test, sign_test, trend_test
+from thesis.findings.verdicts import Outcome, each, follow, rank_test, sign_test, trend_test
 
 FIRST, SECOND = "bumblebee", "kinect"
 DISPLACEMENT, BOTH = "displacement", "force_displacement"
@@ -23,11 +23,10 @@ NOISE_M = 1e-4, 1e-3
 STEADIER = 1.1
 # Part of its volume that a surface must lose to have shrunk.
 SHRUNK = 0.01
-UNITS = {"youngs_modulus_pa": "Pa", "reduced_modulus_pa": "Pa"}
 NU, VERDICT, IDENTIFIED = "poisson_ratio", "poisson_ratio_verdict", "identified"
 LAME = ["lame_lambda_pa", "lame_mu_pa"]
 Check = Callable[[pd.DataFrame], Outcome]
-PLACE = ["object", "sensor", "point", "error"]
+PLACE, OBJECTS = ["object", "sensor", "point", "error"], (BLOCK, BALL, EAR)
 
 
 def check_of(text: str) -> Check:
@@ -44,7 +43,7 @@ def stiffer_in_the_middle(points: pd.DataFrame) -> Outcome:
         values = mine["reduced_modulus_pa"]
         return rank_test(values[inner], values[~inner], least_ratio=LEAST_PATTERN)
 
-    return _each_sensor(points, test)
+    return each(points.groupby("sensor"), test)
 
 
 def repeatable(repeats: pd.DataFrame) -> Outcome:
@@ -53,9 +52,8 @@ def repeatable(repeats: pd.DataFrame) -> Outcome:
     if len(values) < 3:
         return Outcome(f"only {len(values)} attempts", None)
     spread = values.std(ddof=1) / values.mean()
-    return Outcome(
-        f"{100 * spread:.1f} % of the mean over {len(values)} attempts", bool(spread < SPREAD)
-    )
+    text = f"{100 * spread:.1f} % of the mean over {len(values)} attempts"
+    return Outcome(text, bool(spread < SPREAD))
 
 
 def larger_by_displacement(estimates: pd.DataFrame, quantity: str) -> Outcome:
@@ -105,36 +103,39 @@ def _verdicts(estimates: pd.DataFrame) -> str:
 
 def below_hertz(estimates: pd.DataFrame) -> Outcome:
     """The combined error's E* against Hertz's."""
-    mine = estimates[estimates["error"] == BOTH]
-    mine = mine[mine["object"] == BLOCK]
+    mine = estimates[(estimates["object"] == BLOCK) & (estimates["error"] == BOTH)]
     return sign_test(mine["hertz_reduced_modulus_pa"], mine["reduced_modulus_pa"], unit="Pa")
 
 
 def displacement_nearer_to_hertz(estimates: pd.DataFrame) -> Outcome:
     """Distance of E* from Hertz's with the combined and with the displacement error."""
-    mine = estimates[estimates["object"] == BLOCK]
-    apart = np.log(mine["reduced_modulus_pa"] / mine["hertz_reduced_modulus_pa"]).abs()
-    return _paired(mine.assign(apart=apart), "apart", "error", BOTH, DISPLACEMENT)
+    return _paired(_off_hertz(estimates), "apart", "error", BOTH, DISPLACEMENT)
 
 
 def kinect_farther_from_hertz(estimates: pd.DataFrame) -> Outcome:
     """Distance from Hertz's E* of the displacement error's, by sensor (Section 6.1)."""
-    mine = estimates[(estimates["object"] == BLOCK) & (estimates["error"] == DISPLACEMENT)]
+    mine = _off_hertz(estimates[estimates["error"] == DISPLACEMENT])
+    return _paired(mine, "apart", "sensor", SECOND, FIRST)
+
+
+def _off_hertz(estimates: pd.DataFrame) -> pd.DataFrame:
+    """Rows of the block with how far E* is from Hertz's, as a logarithm."""
+    mine = estimates[estimates["object"] == BLOCK]
     apart = np.log(mine["reduced_modulus_pa"] / mine["hertz_reduced_modulus_pa"]).abs()
-    return _paired(mine.assign(apart=apart), "apart", "sensor", SECOND, FIRST)
+    return mine.assign(apart=apart)
 
 
 def softest_at_point_16(estimates: pd.DataFrame) -> Outcome:
     """Whether E of point 16 is the least of points 8, 16 and 17."""
     points = ["08", "16", "17"]
     mine = estimates[(estimates["object"] == BLOCK) & estimates["point"].isin(points)]
-    return every(
-        [
-            (" ".join(names), _compared(group.set_index("point")["youngs_modulus_pa"],
-                                        lambda E: E.idxmin() == "16", "{} {:.0f} Pa", points))
-            for names, group in mine.groupby(["sensor", "error"])
-        ]
-    )  # fmt: skip
+
+    places = mine.set_index("point").groupby(["sensor", "error"])["youngs_modulus_pa"]
+
+    def softest(E: pd.Series) -> Outcome:
+        return follow(E, lambda E: E.idxmin() == "16", "{} {:.0f} Pa", points)
+
+    return each(places, softest)
 
 
 def softest_to_stiffest(estimates: pd.DataFrame) -> Outcome:
@@ -153,7 +154,7 @@ def ear_settles_first(settled: pd.DataFrame) -> Outcome:
     """Iteration from which the Lame parameters stay near their last values."""
     found = settled.dropna(subset=["settled_iteration"])
     least = found.groupby("object")["settled_iteration"].min()
-    return _compared(least, lambda k: k[EAR] < min(k[BLOCK], k[BALL]), "{} {:.0f}")
+    return follow(least, lambda k: k[EAR] < min(k[BLOCK], k[BALL]), "{} {:.0f}", OBJECTS)
 
 
 def error_falls_little(settled: pd.DataFrame) -> Outcome:
@@ -165,13 +166,13 @@ def error_falls_little(settled: pd.DataFrame) -> Outcome:
         much = min(fall[BLOCK], fall[BALL])
         return fall[EAR] < PERCENT * CLOSE and fall[EAR] < MUCH_LESS * much
 
-    return _compared(fall, little, "{} by {:.1f} %")
+    return follow(fall, little, "{} by {:.1f} %", OBJECTS)
 
 
 def more_error_on_the_ball(settled: pd.DataFrame) -> Outcome:
     """Last error of the ball against the block's."""
     last = settled.groupby("object")["error_last_mm"].median()
-    return _compared(last, lambda mm: mm[BALL] > mm[BLOCK], "{} {:.2f} mm", (BLOCK, BALL))
+    return follow(last, lambda mm: mm[BALL] > mm[BLOCK], "{} {:.2f} mm", (BLOCK, BALL))
 
 
 def exact_on_exact_data(simulation: pd.DataFrame) -> Outcome:
@@ -215,9 +216,8 @@ def noise_upsets(noise: pd.DataFrame, error: str) -> Outcome:
     least, most = NOISE_M[0] * (1 - EXACT), NOISE_M[1] * (1 + EXACT)
     mine = noise[noise["noise_std_m"].between(least, most) & noise["true_lame_mu_pa"].notna()]
     off = pd.concat([(mine[f"median_{p}"] / mine[f"true_{p}"] - 1).abs() for p in LAME], axis=1)
-    found = mine.assign(off=off.max(axis=1)).pivot_table(
-        index="noise_std_m", columns="method", values="off"
-    )
+    mine = mine.assign(off=off.max(axis=1))
+    found = mine.pivot_table(index="noise_std_m", columns="method", values="off")
     if not set(names) <= set(found.columns) or found.index.max() < NOISE_M[1] * (1 - EXACT):
         return Outcome("no noise of the tracker's size", None)
     text = "; ".join(
@@ -236,17 +236,16 @@ def noisier_clouds(clouds: pd.DataFrame) -> Outcome:
 def deepest_axis_worst(tip: pd.DataFrame) -> Outcome:
     """Scatter of the resting tip along the camera's axis against the other two."""
 
-    def test(mine: pd.DataFrame) -> Outcome:
-        std = mine.set_index("axis")["std_cm"]
-        return _compared(std, lambda s: s["z"] > max(s["x"], s["y"]), "{} {:.4f} cm", "xyz")
+    def test(std: pd.Series) -> Outcome:
+        return follow(std, lambda s: s["z"] > max(s["x"], s["y"]), "{} {:.4f} cm", "xyz")
 
-    return _each_sensor(tip, test)
+    return each(tip.set_index("axis").groupby("sensor")["std_cm"], test)
 
 
 def grows_with_distance(workspace: pd.DataFrame) -> Outcome:
     """Scatter along the camera's axis against the tip's distance, over the points."""
     mine = workspace[workspace["selected"]]
-    return _each_sensor(mine, lambda one: trend_test(one["mean_z_m"], one["std_z_m"]))
+    return each(mine.groupby("sensor"), lambda one: trend_test(one["mean_z_m"], one["std_z_m"]))
 
 
 def low_threshold_scatters(workspace: pd.DataFrame) -> Outcome:
@@ -256,13 +255,13 @@ def low_threshold_scatters(workspace: pd.DataFrame) -> Outcome:
         least = mine["threshold_px"] == mine["threshold_px"].min()
         return _by_point(mine, "std_z_m", least, mine["selected"], "m")
 
-    return _each_sensor(workspace, test)
+    return each(workspace.groupby("sensor"), test)
 
 
 def higher_threshold_more(workspace: pd.DataFrame, quantity: str) -> Outcome:
     """Mean over the workspace against the threshold."""
     means = workspace.groupby(["sensor", "threshold_px"])[quantity].mean().reset_index()
-    return _each_sensor(means, lambda one: trend_test(one["threshold_px"], one[quantity]))
+    return each(means.groupby("sensor"), lambda one: trend_test(one["threshold_px"], one[quantity]))
 
 
 def angle_least_inside(workspace: pd.DataFrame) -> Outcome:
@@ -275,7 +274,7 @@ def angle_least_inside(workspace: pd.DataFrame) -> Outcome:
         least = mine["std_angle_rad"].groupby(threshold).mean().idxmin()
         return Outcome(f"least mean at {least:g} px; {found.evidence}", found.holds)
 
-    return _each_sensor(workspace, test)
+    return each(workspace.groupby("sensor"), test)
 
 
 def steadier_tracing(case: pd.DataFrame) -> Outcome:
@@ -286,7 +285,7 @@ def steadier_tracing(case: pd.DataFrame) -> Outcome:
         return one < other if max(one, other) >= STEADIER * min(one, other) else None
 
     std = case.set_index("sensor")["study_offset_std_mm"]
-    return _compared(std, steadier, "{} {:.2f} mm", (FIRST, SECOND))
+    return follow(std, steadier, "{} {:.2f} mm", (FIRST, SECOND))
 
 
 def one_view_shrinks(volumes: pd.DataFrame) -> Outcome:
@@ -298,7 +297,7 @@ def one_view_shrinks(volumes: pd.DataFrame) -> Outcome:
         shrunk, more = one <= -SHRUNK, turned - one >= SHRUNK
         return Outcome(text, True if shrunk and more else False if not shrunk else None)
 
-    return _each_sensor(volumes, shrinks)
+    return each(volumes.groupby("sensor"), shrinks)
 
 
 def _by_point(table: pd.DataFrame, quantity: str, one: pd.Series, other: pd.Series, unit: str):
@@ -311,37 +310,20 @@ def _paired(
     table: pd.DataFrame, quantity: str, over: str, larger: str, smaller: str, *, unit: str = ""
 ) -> Outcome:
     keys = [key for key in PLACE if key != over and key in table]
-    wide = table.assign(point=table["point"].fillna("")).pivot_table(
-        index=keys, columns=over, values=quantity
-    )
+    table = table.assign(point=table["point"].fillna(""))
+    wide = table.pivot_table(index=keys, columns=over, values=quantity)
     if not {larger, smaller} <= set(wide.columns):
         return Outcome(f"not both of {larger} and {smaller}", None)
-    return sign_test(wide[larger], wide[smaller], unit=unit or UNITS.get(quantity, ""))
+    return sign_test(wide[larger], wide[smaller], unit=unit or "Pa" * quantity.endswith("_pa"))
 
 
 def _objects(estimates: pd.DataFrame, quantity: str, rule: Callable, form: str) -> Outcome:
     """Medians of the objects over the points of the sensor that captured all three."""
     mine = estimates[estimates["sensor"] == FIRST]
     medians = mine.groupby(["error", "object"])[quantity].median().dropna()
-    return every(
-        [
-            (error, _compared(group.droplevel("error"), rule, form))
-            for error, group in medians.groupby("error")
-        ]
+    return each(
+        medians.groupby("error"), lambda one: follow(one.droplevel("error"), rule, form, OBJECTS)
     )
-
-
-def _compared(
-    values: pd.Series, rule: Callable, form: str, needed: Collection[str] = (BLOCK, BALL, EAR)
-) -> Outcome:
-    """Whether values by name follow a rule; open where one that it needs is missing."""
-    text = ", ".join(form.format(name, value) for name, value in values.items())
-    holds = rule(values) if set(needed) <= set(values.index) else None
-    return Outcome(text, None if holds is None else bool(holds))
-
-
-def _each_sensor(table: pd.DataFrame, check: Check) -> Outcome:
-    return every([(sensor, check(group)) for sensor, group in table.groupby("sensor")])
 
 
 def _off(simulation: pd.DataFrame, method: str, data: str) -> list[float] | None:

@@ -1,10 +1,11 @@
 """Rules that decide whether numbers bear a statement out."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from math import comb
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 from scipy import stats
 
@@ -114,14 +115,21 @@ def trend_test(x: ArrayLike, y: ArrayLike) -> Outcome:
     return Outcome(f"rank correlation {rho:.2f}, {_p(p, opposite)}", _either(p, opposite))
 
 
-def every(outcomes: Sequence[tuple[str, Outcome]]) -> Outcome:
-    """Join named outcomes: one that fails decides, then one that is open."""
-    if not outcomes:
+def follow(values: pd.Series, rule: Callable, form: str, needed: Collection[str]) -> Outcome:
+    """Whether values by name follow a rule; open where one that it needs is missing."""
+    text = ", ".join(form.format(name, value) for name, value in values.items())
+    holds = rule(values) if set(needed) <= set(values.index) else None
+    return Outcome(text, None if holds is None else bool(holds))
+
+
+def each(groups: Iterable[tuple], check: Callable) -> Outcome:
+    """A check of each of a table's groups: one that fails decides, then one that is open."""
+    found = {name if isinstance(name, str) else " ".join(name): check(one) for name, one in groups}
+    if not found:
         return Outcome("nothing to compare", None)
-    text = "; ".join(f"{name}: {one.evidence}" for name, one in outcomes)
-    found = [one.holds for _, one in outcomes]
-    holds = False if False in found else None if None in found else True
-    return Outcome(text, holds)
+    text = "; ".join(f"{name}: {one.evidence}" for name, one in found.items())
+    holds = [one.holds for one in found.values()]
+    return Outcome(text, False if False in holds else None if None in holds else True)
 
 
 def _either(p: float, opposite: float) -> bool | None:
