@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from thesis.findings import checks, comparison, printed, verdicts
-from thesis.findings import statements as findings
+from thesis.findings import compared_tables as findings
 
 CASE = {"sensor": ["bumblebee", "kinect"]}
 ERRORS, OBJECTS = ("displacement", "force_displacement"), ("foam_block", "ear", "foam_ball")
