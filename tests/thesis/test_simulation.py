@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from floor import floor
-from thesis.chapter3 import simulation_tables
+from thesis.chapter3 import block
 from thesis.minimise.linear import linear_method
 from thesis.minimise.objective import Objective
 from thesis.minimise.options import Minimise
@@ -57,7 +57,7 @@ def youngs_error(problem):
 
 def test_tracker_finds_the_vertices_among_the_points(steps, tracked):
     assert tracked.vertices_m.shape == (25, 204, 3)
-    errors = simulation_tables.tracking_errors(steps, tracked)
+    errors = block.tracking_errors(steps, tracked)
     assert errors["tracking_error_m"] < 2e-5
     largest = np.linalg.norm(steps.displacement_m[-1], axis=1).max()
     assert errors["loaded_along_m"] < 0.03 * largest
@@ -65,7 +65,7 @@ def test_tracker_finds_the_vertices_among_the_points(steps, tracked):
     shifted = tracked.vertices_m.copy()
     loaded = np.isin(steps.mesh.surface_nodes(), steps.triangle)
     shifted[-1, loaded] += [3e-3, 4e-3, 0]
-    errors = simulation_tables.tracking_errors(steps, replace(tracked, vertices_m=shifted))
+    errors = block.tracking_errors(steps, replace(tracked, vertices_m=shifted))
     assert errors["loaded_across_m"] == pytest.approx(5e-3, rel=0.02)
     assert errors["loaded_along_m"] < 2e-4
     with pytest.raises(ValueError, match="tracked: expected 204 vertices, found 203"):
@@ -78,7 +78,7 @@ def test_minimisation_on_tracked_data_does_better_than_the_study(steps):
     """Points as dense as the workflow's: loaded vertices slide over their facets (Figure 3.10)."""
     options = Simulation()
     dense = track_steps(steps, options.tracking, cuts=options.cuts, corners=options.corners)
-    assert simulation_tables.tracking_errors(steps, dense)["loaded_across_m"] > 5e-4
+    assert block.tracking_errors(steps, dense)["loaded_across_m"] > 5e-4
     assert abs(youngs_error(pose_simulation(steps, SUPPORT, tracked=dense))) < PUBLISHED_ERROR
 
 
@@ -115,7 +115,7 @@ def test_steps_are_checked(written, tmp_path, change, line):
 
 
 def estimate(lam, mu):
-    moduli = dict(zip(simulation_tables.MODULI, (lam, mu, YOUNG, 0.45), strict=True))
+    moduli = dict(zip(block.MODULI, (lam, mu, YOUNG, 0.45), strict=True))
     return moduli | {"iterations": 4, "converged": True, "trace": [], "start_pa": [1e3, 1e4]}
 
 
@@ -124,25 +124,25 @@ def test_simulation_table(root):
     minimum = estimate(LAM, MU) | {"youngs_modulus_pa": 1.02 * YOUNG, "data": "tracked"}
     minimum |= {"error_option": "displacement", "evaluations": 99, "at_bound": False}
     linear = {name: {"estimates": [estimate(LAM, MU)]} for name in ("exact", "tracked")}
-    table = simulation_tables.simulation_table(linear, [minimum], published, TRUTH)
+    table = block.simulation_table(linear, [minimum], published, TRUTH)
     rows = table.set_index(["method", "data"])
     assert rows.loc[("linear_method", "tracked"), "published_lame_lambda_pa"] == -21504
     ours = rows.loc[("minimise_displacement", "tracked")]
     assert ours["youngs_modulus_ratio"] == pytest.approx(1.02, abs=1e-4)
     printed = ours["published_youngs_modulus_pa"] / ours["true_youngs_modulus_pa"] - 1
     assert printed == pytest.approx(PUBLISHED_ERROR, abs=1e-4)
-    unknown = simulation_tables.simulation_table(linear, [minimum], published, None)
+    unknown = block.simulation_table(linear, [minimum], published, None)
     assert unknown["youngs_modulus_ratio"].isna().all()
 
 
 def test_noise_spares_the_forces_and_biases_their_term(steps, exact):
     """As it does the linear method; the displacement alone stays within a few percent."""
-    noisy = simulation_tables.with_noise(exact, 3e-4, np.random.default_rng(3))
+    noisy = block.with_noise(exact, 3e-4, np.random.default_rng(3))
     gap = noisy.displacement_m - exact.displacement_m
     assert np.nanstd(gap) == pytest.approx(3e-4, rel=0.1)
     assert noisy.force_n is exact.force_n
     options = {"linear": Simulation().linear, "search": Minimise()}
-    found = simulation_tables.every_method(noisy, steps.triangle, **options)
+    found = block.every_method(noisy, steps.triangle, **options)
     part = {method: estimate.lame_lambda_pa / LAM for method, estimate in found.items()}
     assert part["linear_method"] < 0.4
     assert part["minimise_force_displacement"] < 0.7
