@@ -172,3 +172,9 @@ def _averaged(rgba: NDArray) -> NDArray:
     opacity = blocks[..., 3:]
     colour = np.where(opacity > 0, blocks[..., :3] / np.maximum(opacity, 1e-12), 1.0)
     return np.clip(np.concatenate([colour, opacity], axis=-1), 0, 1)
+
+
+def upward(nodes_m: NDArray, triangles: NDArray) -> NDArray:
+    """Which triangles (m, 3) over nodes face up, within 60 degrees, (m,) bool."""
+    normals = doubled_normals(nodes_m, triangles)
+    return normals[:, 2] > 0.5 * np.linalg.norm(normals, axis=1)

@@ -14,6 +14,7 @@ from scipy.spatial.distance import cdist
 from palpate.point_map import FEWEST_POINTS, StiffnessMap, stiffness_map
 from palpate.report import style
 from palpate.report.estimate_rows import points_by_group
+from palpate.solid.mesh import doubled_normals
 from palpate.units import KILOPASCALS, MILLIMETRES, PERCENT
 
 MAP = "cividis"
@@ -113,19 +114,16 @@ def seen_along(outward: NDArray) -> NDArray:
 def _surface(axes: Axes, seen_m: NDArray, faces: NDArray, field: NDArray, scale: Normalize) -> None:
     """Draw what faces the reader, the farthest first, coloured by a field of its vertices."""
     seen = MILLIMETRES * seen_m
-    a, b, c = (seen[faces[:, k]] for k in range(3))
-    order = np.argsort((a + b + c)[:, 2])
-    order = order[np.cross(b - a, c - a)[order, 2] > 0]
+    order = np.argsort(seen[faces].sum(axis=1)[:, 2])
+    order = order[doubled_normals(seen, faces)[order, 2] > 0]
     axes.tripcolor(*seen[:, :2].T, faces[order], field, norm=scale, cmap=MAP)
     axes.set(aspect="equal", xlabel="mm")
 
 
 def _ahead(places_m: NDArray, vertices_m: NDArray, faces: NDArray) -> NDArray:
     """Normals of the faces nearest to places, (n, 3)."""
-    corners = vertices_m[faces]
-    nearest = cdist(places_m, corners.mean(axis=1)).argmin(axis=1)
-    a, b, c = corners[nearest].swapaxes(0, 1)
-    return np.cross(b - a, c - a)
+    nearest = cdist(places_m, vertices_m[faces].mean(axis=1)).argmin(axis=1)
+    return doubled_normals(vertices_m, faces[nearest])
 
 
 def _points(axes: Axes, one: PointMap, axis: NDArray, ahead: NDArray) -> None:

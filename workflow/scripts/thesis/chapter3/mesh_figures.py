@@ -20,7 +20,7 @@ from palpate.open3d_core import ClosestPoints
 from palpate.report.panels import named
 from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE_IN, SMALL, label_provenance
 from palpate.solid.load import contact_triangle
-from palpate.solid.mesh import SolidMesh, read_solid, refine_near
+from palpate.solid.mesh import SolidMesh, doubled_normals, read_solid, refine_near
 from palpate.surface.tracked import Tracked, load_tracked
 from palpate.units import MILLIMETRES
 
@@ -28,7 +28,7 @@ from thesis.diagrams import DASHED, labelled, tangents
 from thesis.minimise.options import Solid
 from thesis.panels import coloured, displacement_bar, scale_bar, surface_panel
 from thesis.tracker.simulation import SimulatedSteps, read_steps
-from thesis.views import View
+from thesis.views import View, upward
 
 REACH_MM = 16
 PLACE = "#F4F4F4"
@@ -94,8 +94,7 @@ def _contact_panel(
 ) -> None:
     """The surface as seen along the contact triangle's normal."""
     normals = np.cross(*np.diff(vertices_m[triangles], axis=1).swapaxes(0, 1))
-    a, b, c = vertices_m[contact]
-    across = tangents(np.cross(b - a, c - a))
+    across = tangents(doubled_normals(vertices_m, contact[None])[0])
     flat = (vertices_m - point) @ across.T * MILLIMETRES
     seen = triangles[normals @ np.cross(*across) > 0]
     shared = np.isin(seen, contact).sum(axis=1)
@@ -162,7 +161,7 @@ def _block(axes: Axes, steps: SimulatedSteps, moved_m: NDArray, values: NDArray)
 def _detail(axes: Axes, steps: SimulatedSteps, tracked: NDArray, computed: NDArray) -> None:
     """The loaded nodes from above, with their tracked and computed displacement."""
     nodes, triangles = steps.mesh.nodes_m * MILLIMETRES, steps.mesh.surface_triangles()
-    upper = triangles[_upward(nodes, triangles)]
+    upper = triangles[upward(nodes, triangles)]
     centre = nodes[steps.triangle].mean(axis=0)
     axes.triplot(nodes[:, 0], nodes[:, 1], upper, color="0.8", lw=0.5)
     loop = nodes[steps.triangle[[0, 1, 2, 0]]]
@@ -187,10 +186,3 @@ def _detail(axes: Axes, steps: SimulatedSteps, tracked: NDArray, computed: NDArr
     for name, colour in (("computed", BLACK), ("tracked", BLUE)):
         axes.plot([], [], color=colour, label=name)
     axes.legend(loc="upper center", bbox_to_anchor=(0.4, -0.22), ncols=2)
-
-
-def _upward(nodes: NDArray, triangles: NDArray) -> NDArray:
-    """Which triangles face up, within 60 degrees."""
-    a, b, c = (nodes[triangles[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    return normals[:, 2] > 0.5 * np.linalg.norm(normals, axis=1)

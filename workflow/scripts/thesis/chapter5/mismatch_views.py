@@ -19,7 +19,7 @@ from palpate.units import MILLIMETRES
 
 from thesis.diagrams import HALO, labelled
 from thesis.panels import coloured, displacement_bar, panels, scale_bar, surface_panel
-from thesis.views import View, view_from
+from thesis.views import View, upward, view_from
 
 HALF_TURN_DEG = 180.0
 RIGHT, ROOM_IN = 0.87, 0.62
@@ -102,11 +102,8 @@ def _read_mismatches(inputs: Any) -> list[Mismatch]:
 
 
 def _plan_panel(axes: Axes, view: Mismatch, limit: float, zoom_m: float | None):
-    a, b, c = (view.nodes_m[view.triangles[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    above = normals[:, 2] > 0.5 * np.linalg.norm(normals, axis=1)
     x, y = view.nodes_m[:, 0] * MILLIMETRES, view.nodes_m[:, 1] * MILLIMETRES
-    top = Triangulation(x, y, view.triangles[above])
+    top = Triangulation(x, y, view.triangles[upward(view.nodes_m, view.triangles)])
     values = view.mismatch_m * MILLIMETRES
     image = axes.tripcolor(
         top, values, shading="gouraud", cmap=MAP, vmin=0, vmax=limit, rasterized=True

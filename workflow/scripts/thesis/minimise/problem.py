@@ -14,7 +14,7 @@ from palpate.solid.load import (
     nodal_force,
     outward_normal,
 )
-from palpate.solid.mesh import SolidMesh, quadratic, read_solid, refine_near
+from palpate.solid.mesh import SolidMesh, doubled_normals, quadratic, read_solid, refine_near
 from palpate.solid.support import Support
 from palpate.surface.tracked import Tracked
 from palpate.vision.force import FORCE
@@ -195,8 +195,7 @@ def pressed_area_modulus(problem: Problem, triangle: NDArray) -> float:
     triangle : (3,) int array
         Loaded nodes.
     """
-    a, b, c = problem.mesh.nodes_m[triangle]
-    normal = np.cross(b - a, c - a)
+    (normal,) = doubled_normals(problem.mesh.nodes_m, triangle[None])
     area = np.linalg.norm(normal) / 2
     moved = problem.displacement_m[triangle].mean(axis=0)
     depth = abs(moved @ normal) / (2 * area)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from palpate.npz import read_npz
-from palpate.solid.mesh import SolidMesh, solid_mesh
+from palpate.solid.mesh import SolidMesh, doubled_normals, solid_mesh
 from palpate.surface.template import Template
 from palpate.surface.tracked import Tracked
 
@@ -63,7 +63,7 @@ def lattice(cuts: int, *, corners: bool = True) -> NDArray:
 def surface_points(vertices_m: NDArray, faces: NDArray, *, weights: NDArray) -> Frame:
     """Points of every triangle at the same barycentric weights, with the triangle's normal."""
     corners = vertices_m[faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = doubled_normals(vertices_m, faces)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     points = np.einsum("kc,mcd->mkd", weights, corners).reshape(-1, 3)
     return Frame(points, np.repeat(normals, len(weights), axis=0), len(points))
