@@ -3,7 +3,6 @@
 Called after ``make results`` and ``make sample``: ``python -m palpate.workflow.closing <results>``.
 """
 
-import csv
 import sys
 from pathlib import Path
 
@@ -24,8 +23,7 @@ def closing_lines(results: Path) -> list[str]:
     names = ["objects.html", PAGE, *pages, "summary.csv", "tables/", "figures/"]
     there = ", ".join(name for name in names if (results / name).exists())
     lines = [f"Results are in {results}/: {there}"]
-    with ARTEFACTS.open(newline="", encoding="utf-8") as stream:
-        names = [FILES[row["kind"]].format(row["id"]) for row in csv.DictReader(stream)]
+    names = [FILES[one.kind].format(one.id) for one in pd.read_csv(ARTEFACTS).itertuples()]
     if count := sum((results / name).is_file() for name in names):
         lines += [f"{count} of the study's {len(names)} tables and figures are there."]
     lines += [f"For a browser: {results / PAGE}"] if (results / PAGE).is_file() else []
