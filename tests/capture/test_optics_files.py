@@ -194,6 +194,27 @@ def test_what_opencv_itself_writes_whole_and_damaged(tmp_path, end):
         assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("end", ["yml", "xml", "json"])
+@pytest.mark.parametrize(
+    ("comment", "points", "line"),
+    [
+        ("caf\N{LATIN SMALL LETTER E WITH ACUTE}".encode("latin-1"), K, "file: expected UTF-8, fo"),
+        (b"", np.zeros((9, 1, 2)), "camera_matrix: dt: expected .* one channel, found .* 2"),
+        (b" " * 1_000_000, K, "file: expected {} of at most 1000000 bytes, found 1000"),
+    ],
+)
+def test_files_that_opencv_alone_reads(tmp_path, end, comment, points, line):
+    path = tmp_path / f"camera.{end}"
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    storage.write("camera_matrix", np.array(points))
+    storage.write("note", "here")
+    storage.release()
+    path.write_bytes(path.read_bytes().replace(b"here", b"here" + comment))
+    named = line.format("XML" if end == "xml" else "YAML")
+    with pytest.raises(ValueError, match=rf"camera\.{end}: {named}.*\(.*\)"):
+        read_optics([path], SIZE)
+
+
 def test_a_file_that_is_not_there():
     with pytest.raises(ValueError, match="nowhere.yaml: file: expected a file, found none"):
         read_optics([Path("nowhere.yaml")])

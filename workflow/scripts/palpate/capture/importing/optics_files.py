@@ -1,5 +1,6 @@
 """Optics as other programs' calibration files hold them: Kalibr, OpenCV, ROS."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -68,17 +69,22 @@ def read_optics(paths: Sequence[Path], size_px: tuple[int, int] | None = None) -
 
 def _content(path: Path) -> Mapping:
     """Fields of a file: OpenCV's XML, or YAML, which its JSON is too."""
-    is_there, start = is_file(path), b""
-    if is_there:
+    text = b""
+    if is_file(path):
         with path.open("rb") as stream:
-            start = stream.read(1)
-    is_xml = start == b"<" and path.stat().st_size <= LARGEST_BYTES
+            text = stream.read(LARGEST_BYTES + 1)
+    is_xml = text.startswith(b"<")
     with named(path):
+        if is_xml and len(text) > LARGEST_BYTES:
+            found = f"{path.stat().st_size} (leave out what is no matrix and no size)"
+            raise mismatch("file", f"XML of at most {LARGEST_BYTES} bytes", found)
         try:
-            content = _texts(ElementTree.parse(path).getroot()) if is_xml else load_yaml(path)
+            content = _texts(ElementTree.fromstring(text)) if is_xml else load_yaml(path)
         except (ElementTree.ParseError, *NO_VALUES) as error:
+            if len(text) <= LARGEST_BYTES and text.decode(errors="ignore").encode() != text:
+                raise mismatch("file", "UTF-8", "other bytes (save it as UTF-8)") from None
             fault = f"file: expected XML, found none ({error})" if is_xml else error
-            hint = " (copy or write it again?)" if is_there else ""
+            hint = " (copy or write it again?)" if text else ""
             raise ValueError(f"{fault}{hint}") from None
         if not isinstance(content, Mapping):
             raise mismatch("file", FORMATS, "none")
@@ -159,6 +165,10 @@ def _data(content: Mapping, name: str, count: int | None = None) -> list[float]:
     """Numbers of a matrix as ROS writes it, or OpenCV."""
     block = _at(content, name)
     with named(name):
+        channels = re.search(r"\d+", str(block.get("dt"))) if isinstance(block, Mapping) else None
+        if channels and int(channels[0]) > 1:
+            remedy = "write it by rows, as Mat::reshape(1) has it"
+            raise mismatch("dt", "a matrix of one channel", f"one of {channels[0]} ({remedy})")
         values = _numbers(block, "data", count)
         names = ["sizes"] if "sizes" in block else ["rows", "cols"] if "dt" in block else []
         sides = [side for one in names for side in _numbers(block, one)]
