@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from palpate.capture.check_capture import FEWEST_BACKGROUND_FRAMES
 from palpate.npz import read_shaped, write_npz
+from palpate.yaml_files import mismatch
 
 # A pixel that never changes still has the error of its quantisation.
 QUANTISATION_STD = 1 / np.sqrt(12)
@@ -39,8 +40,7 @@ class BackgroundModel:
         """Image with a last axis of channels; a ValueError if its shape is not the background's."""
         pixels = _channels(image)
         if pixels.shape != self.mean.shape:
-            expected, found = self.mean.shape, pixels.shape
-            raise ValueError(f"image: expected the background's shape {expected}, found {found}")
+            raise mismatch("image", f"the background's shape {self.mean.shape}", pixels.shape)
         return pixels
 
 
@@ -64,9 +64,7 @@ def build_model(frames: Sequence[NDArray], *, false_positive_rate: float) -> Bac
     """
     count = len(frames)
     if count < FEWEST_BACKGROUND_FRAMES:
-        raise ValueError(
-            f"frames: expected at least {FEWEST_BACKGROUND_FRAMES} background frames, found {count}"
-        )
+        raise mismatch("frames", f"at least {FEWEST_BACKGROUND_FRAMES} background frames", count)
     mean, square = _moments(frames)
     if not square.any():
         raise ValueError("background: expected frames with a camera's noise, found copies of one")

@@ -17,7 +17,7 @@ from palpate.vision.board import FlatBoard
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.marker import CornerFollower
 from palpate.vision.pose import candidate_poses, settle
-from palpate.yaml_files import one_line
+from palpate.yaml_files import mismatch, one_line
 
 ENDINGS = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
 # Of pictures of 16 bits, the share that may be brighter than white: glints.
@@ -53,10 +53,8 @@ def read_pictures(folders: Sequence[Path], board: FlatBoard) -> list[BoardPictur
     files = [_pictures(folder) for folder in folders]
     if len(files) > 1 and not set(files[0]) & set(files[1]):
         if len(files[0]) != len(files[1]):
-            raise ValueError(
-                f"{folders[1]}: pictures: expected {len(files[0])} as in {folders[0]}, or equal"
-                f" names, found {len(files[1])}"
-            )
+            expected = f"{len(files[0])} as in {folders[0]}, or equal names"
+            raise mismatch(f"{folders[1]}: pictures", expected, len(files[1]))
         files[1] = dict(zip(files[0], files[1].values(), strict=True))
     return [_found(*of_folder, board) for of_folder in zip(folders, files, strict=True)]
 
@@ -69,9 +67,7 @@ def _pictures(folder: Path) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for path in paths:
         if path.stem in found:
-            raise ValueError(
-                f"{folder}: names: expected one picture of a name, found {path.stem} twice"
-            )
+            raise mismatch(f"{folder}: names", "one picture of a name", f"{path.stem} twice")
         found[path.stem] = path
     return found
 
@@ -83,9 +79,8 @@ def _found(folder: Path, files: Mapping[str, Path], board: FlatBoard) -> BoardPi
         coloured |= has_colours
         (height, width), (h, w) = next(iter(images.values())).shape, images[name].shape
         if (height, width) != (h, w):
-            raise ValueError(
-                f"{path}: picture: expected {width} x {height} pixels as the first, found {w} x {h}"
-            )
+            expected = f"{width} x {height} pixels as the first"
+            raise mismatch(f"{path}: picture", expected, f"{w} x {h}")
     return board_in(folder, images, board, coloured=coloured)
 
 
@@ -103,8 +98,7 @@ def board_in(
     corners = {view: found for view, found in each.items() if found is not None}
     missing = {view: "the target was not found" for view in each if view not in corners}
     if not corners:
-        found = f"none in {len(images)} pictures"
-        raise ValueError(f"{source}: pictures: expected {board.described}, found {found}")
+        raise mismatch(f"{source}: pictures", board.described, f"none in {len(images)} pictures")
     height, width = next(iter(images.values())).shape
     return BoardPictures(source, corners, missing, (width, height), coloured)
 
@@ -180,8 +174,8 @@ def tracked_views(folder: str | Path, sensor: Mapping, board: FlatBoard) -> View
     placed = settle([candidate_poses(one, camera, board, threshold_px=limit_px) for one in means])
     kept = [k for k, pose in enumerate(placed) if pose]
     if not kept:
-        expected = "the target in frames with a pose"
-        raise ValueError(f"{folder}: marker: expected {expected}, found none of {len(time_s)}")
+        found = f"none of {len(time_s)}"
+        raise mismatch(f"{folder}: marker", "the target in frames with a pose", found)
     seen, rests = np.array([placed[k].camera_from_marker for k in kept]), [rests[k] for k in kept]
     means = np.array([means[k] for k in kept])
     for pose, one in zip(seen, means, strict=True):

@@ -22,6 +22,7 @@ from palpate.units import MILLIMETRES
 from palpate.vision.payload import CENTRE, CENTRE_M, MASS_KG, TURN, TURN_DEG
 from palpate.vision.pivot import LARGEST_STD_M, largest_std
 from palpate.vision.probe import marker_from_tip
+from palpate.yaml_files import mismatch
 
 # Axes that are farther from what the probe's file says are of another probe, or of wrong signs;
 # a tip that is farther is another probe's.
@@ -47,10 +48,8 @@ def calibrated_probe(spec: Mapping, paths: Sequence[str | Path]) -> Mapping:
         path, fields = found[name], read_fields(found[name])
         # Of a target's file alone a calibration names no probe.
         if fields.get("probe") not in (None, spec["probe"]):
-            raise ValueError(
-                f"{path}: probe: expected {spec['probe']}, whose file asks for it, found"
-                f" {fields['probe']}"
-            )
+            expected = f"{spec['probe']}, whose file asks for it"
+            raise mismatch(f"{path}: probe", expected, fields["probe"])
         spec = TAKEN[name](spec, path, fields)
     return spec
 
@@ -102,10 +101,9 @@ def _with_tip(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping:
     _require_determined(path, "tip_m", largest_std(covariance), LARGEST_STD_M, MILLIMETRES, "mm")
     away_m = float(np.linalg.norm(tip_m - marker_from_tip(spec)[:3, 3]))
     if away_m > FARTHEST_M:
-        raise ValueError(
-            f"{path}: tip_m: expected within {FARTHEST_M * MILLIMETRES:g} mm of where the"
-            f" probe's file has it (force_from_tip), found it {away_m * MILLIMETRES:.0f} mm away"
-        )
+        expected = f"within {FARTHEST_M * MILLIMETRES:g} mm of where the probe's file has it"
+        found = f"it {away_m * MILLIMETRES:.0f} mm away"
+        raise mismatch(f"{path}: tip_m", f"{expected} (force_from_tip)", found)
     return with_tip_at(spec, tip_m) | {COVARIANCE: covariance.tolist(), "tip": CALIBRATED}
 
 
@@ -143,16 +141,13 @@ def _axes(path: str | Path, fields: Mapping, stated: NDArray) -> tuple[NDArray, 
     _require_determined(path, name, degrees(poses_rad), TURN_DEG, 1, "degrees")
     std_rad = float(numbers_of(path, fields, "axes_std_rad", ()))
     if not std_rad >= poses_rad:
-        raise ValueError(
-            f"{path}: axes_std_rad: expected no less than the covariance says, {poses_rad:.2g},"
-            f" found {std_rad:.2g}"
-        )
+        expected = f"no less than the covariance says, {poses_rad:.2g}"
+        raise mismatch(f"{path}: axes_std_rad", expected, f"{std_rad:.2g}")
     away_deg = degrees(Rotation.from_matrix(turn.T @ stated).magnitude())
     if away_deg > FARTHEST_TURN_DEG:
-        raise ValueError(
-            f"{path}: {name}: expected within {FARTHEST_TURN_DEG:g} degrees of how the probe's file"
-            f" has it (marker_from_force), found it {away_deg:.0f} degrees away"
-        )
+        expected = f"within {FARTHEST_TURN_DEG:g} degrees of how the probe's file has it"
+        found = f"it {away_deg:.0f} degrees away"
+        raise mismatch(f"{path}: {name}", f"{expected} (marker_from_force)", found)
     return turn, std_rad
 
 
@@ -160,10 +155,9 @@ def _require_determined(
     path: str | Path, name: str, std: float, most: float, scale: float, unit: str
 ) -> None:
     if not 0 < std <= most:
-        raise ValueError(
-            f"{path}: {name}: expected one that is determined to {most * scale:g} {unit}, found one"
-            f" to {std * scale:.2g} {unit} (its verdict says what would determine it)"
-        )
+        expected = f"one that is determined to {most * scale:g} {unit}"
+        found = f"one to {std * scale:.2g} {unit} (its verdict says what would determine it)"
+        raise mismatch(f"{path}: {name}", expected, found)
 
 
 def _with_stiffness(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping:
@@ -176,9 +170,7 @@ def _with_stiffness(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping
         return taken | {"compliance_std_m_n": hypot(std_m_n, given_m_n)}
     stiffness_n_m = float(numbers_of(path, fields, "stiffness_n_m", ()))
     if not stiffness_n_m > 0:
-        raise ValueError(
-            f"{path}: stiffness_n_m: expected a number above 0, found {stiffness_n_m:g}"
-        )
+        raise mismatch(f"{path}: stiffness_n_m", "a number above 0", f"{stiffness_n_m:g}")
     return taken | {"stiffness_n_m": stiffness_n_m, "compliance_std_m_n": std_m_n}
 
 

@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from palpate.yaml_files import mismatch
+
 # Iterations and step [px] at which the inverse of the distortion is found.
 UNDISTORTED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 60, 1e-6)
 OPTICS = ("fx_px", "fy_px", "cx_px", "cy_px")
@@ -144,18 +146,15 @@ def rectified(
     """
     size, other = ((camera.width_px, camera.height_px) for camera in cameras)
     if other != size:
-        raise ValueError(
-            f"stereo: expected pictures of one size, found {size[0]} x {size[1]} and"
-            f" {other[0]} x {other[1]}"
-        )
+        found = " and ".join(f"{width} x {height}" for width, height in (size, other))
+        raise mismatch("stereo", "pictures of one size", found)
     turn, shift = right_from_left[:3, :3], right_from_left[:3, 3]
     place = -turn.T @ shift
     if not place[0] > SIDEWAYS * np.linalg.norm(place):
         where = ", ".join(f"{1e3 * value:.0f}" for value in place)
-        raise ValueError(
-            "stereo: expected the left camera first and the right one to its right, found the"
-            f" second at ({where}) mm of the first (right, down, ahead)"
-        )
+        expected = "the left camera first and the right one to its right"
+        found = f"the second at ({where}) mm of the first (right, down, ahead)"
+        raise mismatch("stereo", expected, found)
     lenses = [item for c in cameras for item in (c.matrix, np.array(c.distortion))]
     _, _, P1, P2, *_ = cv2.stereoRectify(*lenses, size, turn, shift[:, None], alpha=0)
     camera = PinholeCamera(*size, P1[0, 0], P1[1, 1], P1[0, 2], P1[1, 2])

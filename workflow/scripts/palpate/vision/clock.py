@@ -13,6 +13,7 @@ from scipy.optimize import OptimizeResult, least_squares, nnls
 from scipy.signal import lfilter
 
 from palpate.vision.force import block_mean
+from palpate.yaml_files import mismatch
 
 # A soft object's force is F = k x^1.5 (1 + c x), Hertz's law and its first departure, relaxing with
 # two times [s]; what the departures may be [1/m], [-], [N].
@@ -159,11 +160,9 @@ def _determined(record: "_Record", prior_std_s: float) -> bool:
     best, near = np.argmin(misfits), np.argmin(np.where(likely, misfits, np.inf))
     most_alike = max(alike[best], alike[near])
     if squares[best] > stats.chi2.isf(CHANCE, free[best]) and most_alike < LEAST_ALIKE:
-        raise ValueError(
-            "force.csv: expected a force that follows the tip's depth, with a correlation of at"
-            f" least {LEAST_ALIKE:g}, found {most_alike:.2f} (another capture's record, or frames"
-            " in another order?)"
-        )
+        expected = "a force that follows the tip's depth, with a correlation of at least"
+        hint = "another capture's record, or frames in another order?"
+        raise mismatch("force.csv", f"{expected} {LEAST_ALIKE:g}", f"{most_alike:.2f} ({hint})")
     # Compared with what the best offset makes of the stated deviations.
     frames = np.maximum(free, 1)
     ratios = squares / frames / max(misfits[best], 1.0)
@@ -172,10 +171,9 @@ def _determined(record: "_Record", prior_std_s: float) -> bool:
         for chance in (CHANCE, ALIKE_CHANCE)
     )
     if not likely[best] and wrong[near]:
-        raise ValueError(
-            f"force.csv: time_s: expected the clock of frames.csv within {limit_s:g} s, as the"
-            f" sensor's clock_offset_std_s says, found the press about {shifts[best]:+.2f} s away"
-        )
+        within = f"within {limit_s:g} s, as the sensor's clock_offset_std_s says"
+        found = f"the press about {shifts[best]:+.2f} s away"
+        raise mismatch("force.csv: time_s", f"the clock of frames.csv {within}", found)
     alike_s = SEARCH_STEP_S * np.count_nonzero((free > 0) & ~unlike)
     return bool(alike_s <= LONGEST_ALIKE_S and not unlike[near])
 

@@ -21,6 +21,7 @@ from palpate.vision.marker import board_of
 from palpate.vision.options import Clouds, SupportPlane
 from palpate.vision.probe import AXIS, TIP, marker_transforms
 from palpate.vision.support_plane import SAMPLES, fit_support_plane, height_above
+from palpate.yaml_files import mismatch
 
 # How far the object may lie beside where template and tip put it (an operator misses the point by
 # 10 mm, an indentation from the side goes as deep), and above it (noise, the table's too) [m].
@@ -144,10 +145,9 @@ def scene_cloud(images: Mapping, sensor: Mapping, wanted: NDArray | None = None)
         found = images["cloud"].at((away_m >= nearest_m) & (away_m <= farthest_m))
         if len(found.points_m):
             return found
-        raise ValueError(
-            f"cloud: expected points {nearest_m:g} to {farthest_m:g} m from the camera (range_m),"
-            f" found them {np.median(away_m):.3g} m away (is their unit {sensor['cloud']['unit']}?)"
-        )
+        expected = f"points {nearest_m:g} to {farthest_m:g} m from the camera (range_m)"
+        hint = f"(is their unit {sensor['cloud']['unit']}?)"
+        raise mismatch("cloud", expected, f"them {np.median(away_m):.3g} m away {hint}")
     if sensor["kind"] == "stereo":
         spec, color_from_camera = sensor["color"], np.eye(4)
         depth_m = stereo_depth(images["left"], images["right"], sensor, wanted).ravel()
@@ -343,8 +343,8 @@ def _check_end(piece_m: NDArray, low_m: NDArray, reach: Reach, gap_m: float) -> 
     joined = label[cKDTree(piece_m).query(points)[0] < gap_m]
     across = ~reach.holds(points)[np.isin(label, joined)]
     if len(across) and across.mean() > MOST_ACROSS:
-        raise ValueError(
-            f"cloud: expected the object to end {reach.beside_m + BESIDE_M:.2f} m beside the tip,"
-            f" as template and point say, found {across.mean():.0%} of its foot beyond (template,"
-            " point, transforms of the probe?)"
+        expected = f"the object to end {reach.beside_m + BESIDE_M:.2f} m beside the tip"
+        found = (
+            f"{across.mean():.0%} of its foot beyond (template, point, transforms of the probe?)"
         )
+        raise mismatch("cloud", f"{expected}, as template and point say", found)

@@ -15,6 +15,7 @@ from palpate.vision.force import FORCE, STRONGEST_N, zeroed
 from palpate.vision.indentation import frame_wrenches
 from palpate.vision.options import Force
 from palpate.vision.probe import marker_from_tip, marker_transforms
+from palpate.yaml_files import mismatch
 
 # Below it the ball may not rest yet: as much counts as contact of an object.
 CONTACT_N = 0.5
@@ -144,10 +145,8 @@ def recorded_press(
     along_n = np.einsum("ni,ni->n", force, tips[:, :3, 2])
     pressed = along_n > CONTACT_N
     if not pressed.any():
-        raise ValueError(
-            f"force: expected a press above {CONTACT_N:g} N along the probe's axis, found"
-            f" {along_n.max():.2g} N (sign of the channels, marker_from_force?)"
-        )
+        found = f"{along_n.max():.2g} N (sign of the channels, marker_from_force?)"
+        raise mismatch("force", f"a press above {CONTACT_N:g} N along the probe's axis", found)
     axis = tips[pressed, :3, 2].mean(axis=0)
     axis /= np.linalg.norm(axis)
     return tips[:, :3, 3] @ axis, force @ axis
@@ -228,16 +227,15 @@ def _check_force(force: NDArray, smooth: NDArray, noise_n: float) -> None:
         expected = f"{FEWEST_SAMPLES} samples or more above {CONTACT_N:g} N"
         turned = (smooth < -CONTACT_N).sum() >= FEWEST_SAMPLES
         sign = " (presses are positive here: turn the sign?)" if turned else ""
-        raise ValueError(f"force: expected {expected}, found {chosen.sum()} of {len(force)}{sign}")
+        raise mismatch("force", expected, f"{chosen.sum()} of {len(force)}{sign}")
     if (most := np.abs(force).max()) > STRONGEST_N:
         raise ValueError(f"force: expected newtons of an operator, found {most:.4g} N (its unit?)")
     range_n = float(np.ptp(force[chosen]))
     least = max(LEAST_RANGE_N, LEAST_RANGE_NOISES * noise_n)
     if range_n < least:
-        raise ValueError(
-            f"force: expected a press over {least:.2g} N or more above {CONTACT_N:g} N (its noise"
-            f" is {noise_n:.2g} N), found {range_n:.2g} N; press harder"
-        )
+        expected = f"a press over {least:.2g} N or more above {CONTACT_N:g} N"
+        noise = f"(its noise is {noise_n:.2g} N)"
+        raise mismatch("force", f"{expected} {noise}", f"{range_n:.2g} N; press harder")
 
 
 def _check_way(found: Compliance) -> None:
@@ -246,16 +244,12 @@ def _check_way(found: Compliance) -> None:
     whole_m = found.compliance_m_n * range_n
     over, whole = f"over {range_n:.2g} N", f"{_mm(whole_m)} mm"
     if whole_m < -max(SURE * found.compliance_std_m_n * range_n, LEAST_OFF_M):
-        raise ValueError(
-            f"way: expected it to grow with the force, found it {_mm(-whole_m)} mm shorter {over}"
-            " (the sign of one of them?)"
-        )
+        shorter = f"it {_mm(-whole_m)} mm shorter {over} (the sign of one of them?)"
+        raise mismatch("way", "it to grow with the force", shorter)
     if _is_off(found.bow_m, MOST_BOWED * whole_m):
-        raise ValueError(
-            f"way: expected it in proportion to the force, found it {_mm(*np.abs(found.bow_m))} mm"
-            f" off its chord of {whole} {over} (does what is pressed give way itself, or the"
-            " board's glue?)"
-        )
+        off = f"it {_mm(*np.abs(found.bow_m))} mm off its chord of {whole} {over}"
+        hint = "(does what is pressed give way itself, or the board's glue?)"
+        raise mismatch("way", "it in proportion to the force", f"{off} {hint}")
     if found.determined and found.stiffness_n_m < LEAST_STIFFNESS_N_M:
         raise ValueError(
             f"way: expected {LEAST_STIFFNESS_N_M:g} N/m or more, found {found.stiffness_n_m:.3g}: a"
@@ -263,11 +257,9 @@ def _check_way(found: Compliance) -> None:
             " presses (is what is pressed rigid, the unit of the way right, a screw loose?)"
         )
     if _is_off(found.gap_m, MOST_APART * whole_m):
-        off = _mm(*np.abs(found.gap_m))
-        raise ValueError(
-            f"way: expected loading and unloading alike, found unloading {off} mm off where the way"
-            f" is {whole} {over} (slower; does something slide or creep, are the clocks apart?)"
-        )
+        off = f"unloading {_mm(*np.abs(found.gap_m))} mm off where the way is {whole} {over}"
+        hint = "(slower; does something slide or creep, are the clocks apart?)"
+        raise mismatch("way", "loading and unloading alike", f"{off} {hint}")
 
 
 def _is_off(value: tuple[float, float], most_m: float) -> bool:

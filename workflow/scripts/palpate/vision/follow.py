@@ -30,6 +30,7 @@ from palpate.vision.probe import (
     recorded_poses,
     track_probe,
 )
+from palpate.yaml_files import mismatch
 
 # With fewer frames chance could do it.
 FEWEST_FRAMES = 8
@@ -102,14 +103,11 @@ def board_followed(
         If no frame shows the target, or as `require_agreement` does.
     """
     frames = Stream(folder, sensor, samples=True)
-    threshold_px = sensor["marker"]["reprojection_threshold_px"]
     found = recorded_poses(frames, sensor, marker, options)
     seen = [k for k, pose in enumerate(found) if pose]
     if not seen:
-        raise ValueError(
-            f"{folder}: marker: expected its corners within {threshold_px:g} px, found in none of"
-            f" {len(found)} frames"
-        )
+        within = f"its corners within {sensor['marker']['reprojection_threshold_px']:g} px"
+        raise mismatch(f"{folder}: marker", within, f"in none of {len(found)} frames")
     times_s = read_frames(folder)["time_s"].to_numpy()[seen]
     poses = pd.DataFrame({"frame": seen, "time_s": times_s, "detected": 1})
     poses = poses.join(marker_columns(np.array([found[k].camera_from_marker for k in seen])))
@@ -164,19 +162,15 @@ def require_agreement(
         return
     off_px = float(np.median(found[:, 1] - found[:, 0]))
     if is_pair and abs(off_px) > LARGEST_ROWS_PX:
-        raise ValueError(
-            f"{place}: expected a rectified pair, with the board within {LARGEST_ROWS_PX:g} px of"
-            f" its row in the other picture, found it {off_px:+.1f} px off (palpate calibrate"
-            " camera says how to rectify)"
-        )
+        row = f"the board within {LARGEST_ROWS_PX:g} px of its row in the other picture"
+        off = f"it {off_px:+.1f} px off (palpate calibrate camera says how to rectify)"
+        raise mismatch(place, f"a rectified pair, with {row}", off)
     _require_scale(found[:, 2:], sensor, marker, stream)
     order = disagreement(*found[:, :2].T)
     if order is not None:
         unit = "px" if is_pair else "mm"
-        raise ValueError(
-            f"{place}: expected the board where {first} shows it, frame by frame, found it"
-            f" {order[0]:.1f} {unit} off, {order[1]:.1f} {unit} in another order"
-        )
+        off = f"it {order[0]:.1f} {unit} off, {order[1]:.1f} {unit} in another order"
+        raise mismatch(place, f"the board where {first} shows it, frame by frame", off)
 
 
 def _require_scale(distances_m: NDArray, sensor: Mapping, marker: Mapping, stream: str) -> None:

@@ -9,6 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.tables import GAUGE_COLUMNS, WRENCH_COLUMNS, force_columns
+from palpate.yaml_files import mismatch
 
 # The sensor's driver averages ten samples of 1000 Hz (Section 4.1.3); records of another rate are
 # averaged over the same time.
@@ -82,10 +83,8 @@ def zeroed(
     """
     time_s = record["time_s"].to_numpy(dtype=float)
     if time_s[-1] - time_s[0] < 2 * bias_window_s:
-        raise ValueError(
-            f"force: expected a record at least twice as long as the bias window of"
-            f" {bias_window_s:g} s, found {time_s[-1] - time_s[0]:.3g} s"
-        )
+        expected = f"a record at least twice as long as the bias window of {bias_window_s:g} s"
+        raise mismatch("force", expected, f"{time_s[-1] - time_s[0]:.3g} s")
     columns, wrench = wrenches(record, probe)
     start = time_s[0] if first_frame_s < time_s[0] + bias_window_s else first_frame_s
     zero_s = _unloaded_s(time_s, wrench[:, 2], (start, start + bias_window_s), first_frame_s)
@@ -121,8 +120,7 @@ def _unloaded_s(
     wanted = f"from {window_s[0]:.3f} to {window_s[1]:.3f} s of the record"
     inside = load_n(*window_s)
     if len(inside) < FEWEST_UNLOADED:
-        expected = f"{FEWEST_UNLOADED} samples {wanted}"
-        raise ValueError(f"force: expected {expected}, found {len(inside)}")
+        raise mismatch("force", f"{FEWEST_UNLOADED} samples {wanted}", len(inside))
     change_n = _change_n(*np.array_split(inside, 2))
     if not change_n:
         return window_s
@@ -131,9 +129,7 @@ def _unloaded_s(
     still = len(before) >= FEWEST_UNLOADED and not _change_n(*np.array_split(before, 2))
     if still and len(first) and not _change_n(before, first):
         return before_s
-    raise ValueError(
-        f"force: expected an unloaded probe {wanted}, found its load change by {change_n:.2f} N"
-    )
+    raise mismatch("force", f"an unloaded probe {wanted}", f"its load change by {change_n:.2f} N")
 
 
 def _change_n(before: NDArray, after: NDArray) -> float:
@@ -155,6 +151,4 @@ def _check_gauges(volts: NDArray, probe: Mapping, time_s: NDArray) -> None:
         edges = [0, *np.flatnonzero(np.diff(channel)) + 1, len(channel) - 1]
         still_s = np.diff(time_s[edges]).max()
         if still_s > STILL_S:
-            raise ValueError(
-                f"force.csv: {name}: expected a live gauge, found one value for {still_s:.1f} s"
-            )
+            raise mismatch(f"force.csv: {name}", "a live gauge", f"one value for {still_s:.1f} s")

@@ -13,6 +13,7 @@ from palpate.npz import Film, write_film
 from palpate.units import FROM_MEDIAN
 from palpate.vision.background import SMALLEST, BackgroundModel, alpha_weight
 from palpate.vision.options import Background
+from palpate.yaml_files import mismatch
 
 MOST_FOREGROUND = 0.8
 # Diameters of the morphological opening and closing of a mask [px].
@@ -155,10 +156,9 @@ def masks_of(
         _require_still(shifts_px, options.largest_shift_px, at_end=k == len(frames) - 1)
         full = mask.mean()
         if full > MOST_FOREGROUND:
-            raise ValueError(
-                f"mask: expected background around the object, found {full:.0%} foreground in"
-                f" frame {k} (does the background show the same scene and light?)"
-            )
+            found = f"{full:.0%} foreground in frame {k}"
+            hint = "(does the background show the same scene and light?)"
+            raise mismatch("mask", "background around the object", f"{found} {hint}")
         if not full:
             raise ValueError(f"mask: expected foreground in each frame, found none in {k}")
         yield mask
@@ -205,10 +205,8 @@ def _require_still(shifts_px: Sequence[NDArray], largest_px: float, *, at_end: b
     if moved_px > limit_px:
         off = np.linalg.norm(last, axis=2).max(axis=1) > limit_px
         frame = len(shifts_px) - len(last) + int(np.argmax(off))
-        raise ValueError(
-            f"camera: expected where it recorded the background (within {limit_px:.2g} px),"
-            f" found it moved by {moved_px:.1f} px from frame {frame} on"
-        )
+        expected = f"where it recorded the background (within {limit_px:.2g} px)"
+        raise mismatch("camera", expected, f"it moved by {moved_px:.1f} px from frame {frame} on")
 
 
 def _disc(diameter_px: int) -> NDArray:

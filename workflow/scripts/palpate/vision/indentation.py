@@ -24,6 +24,7 @@ from palpate.vision.probe import (
     placed_poses,
     pose_table,
 )
+from palpate.yaml_files import mismatch
 
 SMALLEST_PRESS_N, LARGEST_ANGLE_DEG = 0.2, 60.0
 # Of the torque's noise, of the weight and of the tip's place; the study's captures have 0.4 mm.
@@ -230,26 +231,20 @@ def check_indentation(table: pd.DataFrame, axis: NDArray, radius_m: float) -> No
     size = np.linalg.norm(force, axis=1)
     peak = int(np.argmax(size))
     if not size[peak] <= STRONGEST_N:
-        raise ValueError(
-            f"force.csv: expected at most {STRONGEST_N:g} N from an operator, found"
-            f" {size[peak]:.4g} N (newtons, and the unit of the gauges' calibration?)"
-        )
+        found = f"{size[peak]:.4g} N (newtons, and the unit of the gauges' calibration?)"
+        raise mismatch("force.csv", f"at most {STRONGEST_N:g} N from an operator", found)
     if size[peak] < SMALLEST_PRESS_N:
         return
     angle = np.degrees(np.arccos(np.clip(force[peak] @ axis[peak] / size[peak], -1, 1)))
     if angle > LARGEST_ANGLE_DEG:
-        raise ValueError(
-            f"force.csv: expected the press of {size[peak]:.2f} N along the probe, found it"
-            f" {angle:.0f} degrees off (order, sign and calibration of the channels?)"
-        )
+        found = f"it {angle:.0f} degrees off (order, sign and calibration of the channels?)"
+        raise mismatch("force.csv", f"the press of {size[peak]:.2f} N along the probe", found)
     torque, farthest_m = table[WRENCH[3:]].to_numpy(float)[peak], radius_m + LEVER_ERROR_M
     lever_m = float(np.linalg.norm(torque) / size[peak])
     if lever_m > farthest_m:
-        raise ValueError(
-            f"force.csv: expected a force within {farthest_m * 1e3:.1f} mm of the"
-            f" sphere's centre, found its line {lever_m * 1e3:.1f} mm away (units of torque and"
-            " force, calibration of the gauges, force_from_tip?)"
-        )
+        expected = f"a force within {farthest_m * 1e3:.1f} mm of the sphere's centre"
+        hint = "(units of torque and force, calibration of the gauges, force_from_tip?)"
+        raise mismatch("force.csv", expected, f"its line {lever_m * 1e3:.1f} mm away {hint}")
 
 
 def weight_wrenches(camera_from_force: NDArray, up: NDArray, load: Mapping) -> NDArray:
@@ -290,8 +285,6 @@ def match_nearest(
     gap_s = np.abs(given_s[nearest] - wanted_s)
     worst = int(np.argmax(gap_s))
     if gap_s[worst] > largest_gap_s:
-        raise ValueError(
-            f"force: expected a reading within {largest_gap_s:g} s of each frame,"
-            f" found {gap_s[worst]:.3g} s at frame {worst}"
-        )
+        expected = f"a reading within {largest_gap_s:g} s of each frame"
+        raise mismatch("force", expected, f"{gap_s[worst]:.3g} s at frame {worst}")
     return nearest, gap_s

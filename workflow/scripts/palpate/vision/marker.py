@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from palpate.vision.board import Board, FlatBoard, Print
 from palpate.vision.corners import FEWEST, Region, off_others, subpixel, without_outliers
+from palpate.yaml_files import mismatch
 
 # Fewest tags whose corners determine where the target is.
 FEWEST_TAGS = 2
@@ -138,23 +139,17 @@ class TaggedBoard(FlatBoard):
             limit = TURNED * np.median(off)
             for turns in (1, 2, 3):
                 if np.median(off_px(np.roll(pixels, turns, axis=1), places)) < limit:
-                    raise ValueError(
-                        f"marker: expected tags as {self.dictionary} has them, found each turned by"
-                        f" {90 * turns} degrees (tag_turns?)"
-                    )
+                    found = f"each turned by {90 * turns} degrees (tag_turns?)"
+                    raise mismatch("marker", f"tags as {self.dictionary} has them", found)
             others = None if self.others_m is None else self.others_m[numbers]
             if others is not None and np.median(off_px(pixels, others)) < limit:
-                raise ValueError(
-                    "marker: expected its tags where the file's white_first puts them, found them"
-                    " in the other squares (white_first: true or false?)"
-                )
+                found = "them in the other squares (white_first: true or false?)"
+                raise mismatch("marker", "its tags where the file's white_first puts them", found)
         far = np.median(off.reshape(-1, 4), axis=1) > ELSEWHERE * self._step_px(places, pixels)
         enough = len(far) >= max(FEWEST_TURNED, LEAST_READ * len(self.tags_m))
         if enough and far.sum() >= FEWEST_ELSEWHERE and far.mean() > SOME_ELSEWHERE:
-            raise ValueError(
-                "marker: expected its tags where the file's counts, sides and white_first put them,"
-                f" found {far.sum()} of {len(far)} elsewhere"
-            )
+            expected = "its tags where the file's counts, sides and white_first put them"
+            raise mismatch("marker", expected, f"{far.sum()} of {len(far)} elsewhere")
 
     def _expected(self, places: NDArray, pixels: NDArray) -> NDArray:
         """Where the nearest tags put each corner, (n, 2) [px]; NaN where none is near."""

@@ -23,6 +23,7 @@ from palpate.vision.calibration_problem import (
     root_mean_square,
     vector_of,
 )
+from palpate.yaml_files import mismatch
 
 # A pair of pictures disagrees beyond this many times what the corners of each camera scatter by.
 PAIR_FACTOR = 3.0
@@ -114,10 +115,8 @@ def calibrate_pair(
     ]
     shared = [view for view in alone[0].fit.names if view in alone[1].fit.names]
     if len(shared) < FEWEST_VIEWS:
-        raise ValueError(
-            f"calibration: expected at least {FEWEST_VIEWS} views of the board that both cameras"
-            f" see, found {len(shared)}"
-        )
+        expected = f"at least {FEWEST_VIEWS} views of the board that both cameras see"
+        raise mismatch("calibration", expected, len(shared))
     # The one that a single pair gives and to which most others are near.
     poses, other = (np.array([one.camera_from_board[v] for v in shared]) for one in alone)
     single = other @ np.linalg.inv(poses)

@@ -15,6 +15,7 @@ from palpate.vision.force import STRONGEST_N
 from palpate.vision.pivot import largest_std, turned
 from palpate.vision.pose import by_turn
 from palpate.vision.probe_recordings import StaticPoses
+from palpate.yaml_files import mismatch
 
 FEWEST_POSES = 6
 # Root mean square by which the vertical must turn about two axes of the handle; one that is held
@@ -164,11 +165,9 @@ def find_payload(poses: StaticPoses, up: NDArray) -> Payload:
     if worst is not None:
         place = int(np.flatnonzero(kept)[worst])
         force_n, torque_nm = np.linalg.norm(residuals[place].reshape(2, 3), axis=1)
-        raise ValueError(
-            "force: expected the weight of one load at rest in all poses, found another at"
-            f" {poses.names[place]}, by {_mn(force_n)} mN and {torque_nm * MILLINEWTONS:.2g} mNm (a"
-            " finger or a cable on it?)"
-        )
+        off = f"by {_mn(force_n)} mN and {torque_nm * MILLINEWTONS:.2g} mNm"
+        found = f"another at {poses.names[place]}, {off} (a finger or a cable on it?)"
+        raise mismatch("force", "the weight of one load at rest in all poses", found)
     per_newton = np.r_[1 / GRAVITY_M_S2, np.ones(len(UNKNOWNS) - 1)]
     turn = Rotation.from_rotvec(fit.x[TURN]).as_matrix() @ start
     return Payload(
@@ -290,19 +289,16 @@ def _gains(weight: NDArray, off: NDArray) -> tuple[NDArray, NDArray]:
 
 def _check_turn(down: NDArray) -> None:
     if (turn := degrees(turned(down[:, None])[0][1])) < LEAST_TURN_DEG:
-        raise ValueError(
-            f"poses: expected the vertical to turn by {LEAST_TURN_DEG:g} degrees or more about two"
-            f" axes of the handle, found {turn:.1f} (root mean square); hold it with the tip down,"
-            " up, and level to four sides"
-        )
+        wanted = f"by {LEAST_TURN_DEG:g} degrees or more about two axes of the handle"
+        remedy = "hold it with the tip down, up, and level to four sides"
+        found = f"{turn:.1f} (root mean square); {remedy}"
+        raise mismatch("poses", f"the vertical to turn {wanted}", found)
 
 
 def _check(weight_n: float, centre_m: NDArray, off: NDArray, wrench: NDArray) -> None:
     left, away_m = float(_noise(off)[0]), float(np.linalg.norm(centre_m))
     if np.abs(wrench[:, :3]).max() > STRONGEST_N:
-        raise ValueError(
-            f"force: expected the weight of a load in newtons, found {weight_n:.3g} (its unit?)"
-        )
+        raise mismatch("force", "the weight of a load in newtons", f"{weight_n:.3g} (its unit?)")
     determined = weight_n > 0 and weight_n >= SURE * left / np.sqrt(len(off))
     if left > LARGEST_MISFIT * weight_n and (determined or left > UNEXPLAINED_N):
         raise ValueError(
@@ -311,15 +307,11 @@ def _check(weight_n: float, centre_m: NDArray, off: NDArray, wrench: NDArray) ->
             " that touches the probe?)"
         )
     if not determined:
-        raise ValueError(
-            f"force: expected the weight of a load, found {_mn(weight_n)} mN where readings are off"
-            f" by {_mn(left)} mN"
-        )
+        found = f"{_mn(weight_n)} mN where readings are off by {_mn(left)} mN"
+        raise mismatch("force", "the weight of a load", found)
     if away_m > FARTHEST_CENTRE_M:
-        raise ValueError(
-            f"torque: expected a centre of mass within {FARTHEST_CENTRE_M:g} m of the sensor, found"
-            f" it {away_m:.3g} m away (its unit?)"
-        )
+        expected = f"a centre of mass within {FARTHEST_CENTRE_M:g} m of the sensor"
+        raise mismatch("torque", expected, f"it {away_m:.3g} m away (its unit?)")
 
 
 def _mn(force_n: float) -> str:

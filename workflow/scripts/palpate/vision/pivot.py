@@ -12,6 +12,7 @@ from palpate.units import MILLIMETRES
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.pose import by_turn, projected
+from palpate.yaml_files import mismatch
 
 # Two poses determine the tip of a handle that turns freely; noise and slides need more.
 FEWEST_POSES = 10
@@ -295,26 +296,20 @@ def require_turn(
         along = ", ".join(f"{value:.2f}" for value in axis)
         found = f"{middle:.1f} about one axis and {least:.1f} about others (root mean square):"
         found += f" {place.format(f'({along})')} is not determined"
-    raise ValueError(
-        f"poses: expected the {what} to turn by {least_deg:g} degrees or more, found {found};"
-        f" tilt it by {WANTED_TILT_DEG} degrees to all sides"
-    )
+    found += f"; tilt it by {WANTED_TILT_DEG} degrees to all sides"
+    raise mismatch("poses", f"the {what} to turn by {least_deg:g} degrees or more", found)
 
 
 def _check_place(found: Pivot, *, by_camera: bool) -> None:
     """Reject a tip that no handle has; of inverted poses tip and pivot change places."""
     away_m, camera_m = (float(np.linalg.norm(place)) for place in (found.tip_m, found.pivot_m))
     if away_m > FARTHEST_TIP_M:
-        raise ValueError(
-            f"poses: expected the tip within {FARTHEST_TIP_M:g} m of the board, found it"
-            f" {away_m:.3g} m away (unit of the poses?)"
-        )
+        expected = f"the tip within {FARTHEST_TIP_M:g} m of the board"
+        raise mismatch("poses", expected, f"it {away_m:.3g} m away (unit of the poses?)")
     if by_camera and away_m > camera_m:
-        where = f"{away_m * MILLIMETRES:.0f} and {camera_m * MILLIMETRES:.0f} mm away"
-        raise ValueError(
-            f"poses: expected the tip nearer to the board than to the camera, found it {where}"
-            " (camera from board, or the other way?)"
-        )
+        found = f"it {away_m * MILLIMETRES:.0f} and {camera_m * MILLIMETRES:.0f} mm away"
+        found += " (camera from board, or the other way?)"
+        raise mismatch("poses", "the tip nearer to the board than to the camera", found)
 
 
 def _check_residual(off_m: float) -> None:

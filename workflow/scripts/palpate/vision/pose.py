@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera
+from palpate.yaml_files import mismatch
 
 REFINE_STOP = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 50, 1e-10)
 RANSAC_ITERATIONS = 200
@@ -188,8 +189,6 @@ def select_threshold(table: pd.DataFrame) -> float:
     means = averages(table)
     usable = means[means["found"] >= LEAST_FOUND]["std_angle_rad"]
     if usable.empty:
-        raise ValueError(
-            f"workspace: expected a threshold with a pose in {LEAST_FOUND:.0%} of the frames,"
-            f" found at most {means['found'].max():.0%}"
-        )
+        expected = f"a threshold with a pose in {LEAST_FOUND:.0%} of the frames"
+        raise mismatch("workspace", expected, f"at most {means['found'].max():.0%}")
     return float(usable[usable <= (1 + SAME) * usable.min()].index[0])

@@ -18,6 +18,7 @@ from palpate.vision.marker import CornerFollower, board_of
 from palpate.vision.options import ProbePose
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import MarkerPose, candidate_poses, point_covariance, settle
+from palpate.yaml_files import mismatch
 
 QUATERNION = ["marker_qx", "marker_qy", "marker_qz", "marker_qw"]
 MARKER = ["marker_x_m", "marker_y_m", "marker_z_m"]
@@ -135,10 +136,8 @@ def placed_poses(record: PoseRecord, time_s: NDArray, sensor: Mapping) -> list[M
         If a time is outside of the record, or nobody places the base.
     """
     if asks_for_base(sensor):
-        raise ValueError(
-            "base.camera_from_base: expected the hand_eye.json that the sensor's file asks for,"
-            " found none"
-        )
+        expected = "the hand_eye.json that the sensor's file asks for"
+        raise mismatch("base.camera_from_base", expected, "none")
     noise_m, noise_rad = (said_of_base(sensor, name) for name in ("pose_std_m", "pose_std_rad"))
     poses, std_m = record.filled(noise_m).at(time_s, largest_gap_s=LARGEST_GAP_S)
     camera_from_base = np.array(sensor["base"]["camera_from_base"])
@@ -279,10 +278,8 @@ def check_steepness(
     ):
         columns, rows = probe["marker"]["inner_corners"]
         cause = f"marker.inner_corners {rows}, {columns} in the probe's file?"
-    raise ValueError(
-        f"probe: expected to press within {LARGEST_SLANT_DEG:g} degrees of the declared direction,"
-        f" found it {found:.0f} beside it ({cause})"
-    )
+    expected = f"to press within {LARGEST_SLANT_DEG:g} degrees of the declared direction"
+    raise mismatch("probe", expected, f"it {found:.0f} beside it ({cause})")
 
 
 def _angle_deg(first: NDArray, second: NDArray) -> float:
@@ -303,13 +300,9 @@ def _check_gaps(poses: Sequence[MarkerPose | None], largest: int, sought: str) -
         raise ValueError(f"{sought}, found in none of {len(poses)} frames")
     for edge in (0, len(poses) - 1):
         if poses[edge] is None:
-            raise ValueError(
-                f"{subject}: expected in the first and last frame, found it lost in frame {edge}"
-            )
+            raise mismatch(subject, "in the first and last frame", f"it lost in frame {edge}")
     runs = np.split(np.array(lost, dtype=int), np.flatnonzero(np.diff(lost) > 1) + 1)
     longest = max(runs, key=len)
     if len(longest) > largest:
-        raise ValueError(
-            f"{subject}: expected to be lost for at most {largest} frames at a time,"
-            f" found it lost in frames {longest[0]} to {longest[-1]}"
-        )
+        found = f"it lost in frames {longest[0]} to {longest[-1]}"
+        raise mismatch(subject, f"to be lost for at most {largest} frames at a time", found)

@@ -14,6 +14,7 @@ from palpate.capture.poses import POSES, read_poses
 from palpate.capture.tables import WRENCH_COLUMNS, columns_of, read_table
 from palpate.vision.force import block_mean, wrenches
 from palpate.vision.probe import MARKER, QUATERNION, marker_columns, marker_transforms
+from palpate.yaml_files import mismatch
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 # Files are rounded by whoever writes them.
@@ -47,7 +48,7 @@ def tracked_table(folder: str | Path, probe: Mapping) -> pd.DataFrame | None:
     if not path.is_file():
         if "marker" not in probe:
             expected = f"poses (probe {probe['probe']} without marker)"
-            raise ValueError(f"{path}: file: expected {expected}, found nothing")
+            raise mismatch(f"{path}: file", expected, "nothing")
         return None
     if "marker" in probe and "tracked" not in probe:
         expected = "a probe whose file names the tracked frame (tracked)"
@@ -107,8 +108,7 @@ def _matrices(folder: Path, unit: str) -> tuple[list[str], NDArray]:
         except ValueError:
             raise ValueError(f"{path}: pose: expected 4 x 4 numbers, found others") from None
         if pose.shape != (4, 4):
-            found = " x ".join(map(str, pose.shape))
-            raise ValueError(f"{path}: pose: expected 4 x 4 numbers, found {found}")
+            raise mismatch(f"{path}: pose", "4 x 4 numbers", " x ".join(map(str, pose.shape)))
         pose[:3, 3] *= UNITS[unit]
         poses.append(pose)
     return [path.stem for path in paths], np.array(poses)
@@ -197,10 +197,8 @@ def static_poses(table: pd.DataFrame, record: pd.DataFrame, probe: Mapping) -> S
             name = f"frames {frame[first]} to {frame[last]}"
             found.append((name, turn, means.mean(axis=0), square))
     if not found:
-        raise ValueError(
-            f"poses: expected the probe to be held still for {SHORTEST_S:g} s, within"
-            f" {STILL_DEG:g} degrees and with a force, found no such moment"
-        )
+        still = f"the probe to be held still for {SHORTEST_S:g} s, within {STILL_DEG:g} degrees"
+        raise mismatch("poses", f"{still} and with a force", "no such moment")
     if not steps.all():
         kind = "torques" if steps[0] else "forces"
         raise ValueError(f"force: expected {kind} that change with the pose, found one value")
