@@ -344,7 +344,6 @@ def _check_end(piece_m: NDArray, low_m: NDArray, reach: Reach, gap_m: float) -> 
     across = ~reach.holds(points)[np.isin(label, joined)]
     if len(across) and across.mean() > MOST_ACROSS:
         expected = f"the object to end {reach.beside_m + BESIDE_M:.2f} m beside the tip"
-        found = (
-            f"{across.mean():.0%} of its foot beyond (template, point, transforms of the probe?)"
-        )
-        raise mismatch("cloud", f"{expected}, as template and point say", found)
+        beyond = f"{across.mean():.0%} of its foot beyond"
+        hint = "(template, point, transforms of the probe?)"
+        raise mismatch("cloud", f"{expected}, as template and point say", f"{beyond} {hint}")

@@ -186,7 +186,11 @@ def _fitted(
     down: NDArray, wrench: NDArray, noise: NDArray | None
 ) -> tuple[OptimizeResult, NDArray]:
     """Whitened least squares, and the rotation force_from_marker after which its turn comes."""
-    _check_turn(down)
+    if (turn := degrees(turned(down[:, None])[0][1])) < LEAST_TURN_DEG:
+        wanted = f"by {LEAST_TURN_DEG:g} degrees or more about two axes of the handle"
+        remedy = "hold it with the tip down, up, and level to four sides"
+        found = f"{turn:.1f} (root mean square); {remedy}"
+        raise mismatch("poses", f"the vertical to turn {wanted}", found)
     if not np.ptp(wrench[:, :3], axis=0).any():
         raise ValueError("force: expected the weight of a load, found forces that never change")
     x, start = _start(down, wrench)
@@ -285,14 +289,6 @@ def _gains(weight: NDArray, off: NDArray) -> tuple[NDArray, NDArray]:
     gains = (weight * off).sum(axis=0) / square
     left = off - off.mean(axis=0) - gains * weight
     return gains, np.sqrt((left**2).sum(axis=0) / (len(off) - 2) / square)
-
-
-def _check_turn(down: NDArray) -> None:
-    if (turn := degrees(turned(down[:, None])[0][1])) < LEAST_TURN_DEG:
-        wanted = f"by {LEAST_TURN_DEG:g} degrees or more about two axes of the handle"
-        remedy = "hold it with the tip down, up, and level to four sides"
-        found = f"{turn:.1f} (root mean square); {remedy}"
-        raise mismatch("poses", f"the vertical to turn {wanted}", found)
 
 
 def _check(weight_n: float, centre_m: NDArray, off: NDArray, wrench: NDArray) -> None:

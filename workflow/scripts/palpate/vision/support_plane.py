@@ -79,9 +79,9 @@ def fit_support_plane(
     middle = sample[((seen > low) & (seen < high)).all(axis=1)] if empty else sample
     parts = [near(middle, plane).mean() for plane in found]
     if max(parts) < LEAST_SHARE:
-        expected = f"a plane with {LEAST_SHARE:.0%} or more of what is seen in the middle of the"
-        found = f"{max(parts):.0%} (a table without a pattern?)"
-        raise mismatch(name, f"{expected} picture", found)
+        share = f"{LEAST_SHARE:.0%} or more of what is seen in the middle of the picture"
+        most = f"{max(parts):.0%} (a table without a pattern?)"
+        raise mismatch(name, f"a plane with {share}", most)
     large = [k for k, part in enumerate(parts) if part >= LEAST_PART * max(parts)]
     level = [k for k in large if found[k][:3] @ UP > LEAST_COSINE] or large
     taken = min(level, key=lambda k: found[k][3] if empty else -parts[k])
@@ -90,10 +90,8 @@ def fit_support_plane(
         if found[k][:3] @ found[taken][:3] > LEVEL_COSINE and not -HIGHEST_M < lower_m < 0:
             where = f"{abs(lower_m):.3f} m {'below' if lower_m > 0 else 'above'} it"
             other = f"one {where} ({parts[k]:.0%} of the points for {parts[taken]:.0%})"
-            expected = (
-                "the table as its largest plane, and of level ones no other than an object's top"
-            )
-            raise mismatch(name, expected, f"{other}: which is the table? (record a background)")
+            top = "the table as its largest plane, and of level ones no other than an object's top"
+            raise mismatch(name, top, f"{other}: which is the table? (record a background)")
     text = "table: %.3f m from the camera, %.0f %% of the middle of the picture, of %d level planes"
     logging.info(text, found[taken][3], 100 * parts[taken], len(level))
     return found[taken]

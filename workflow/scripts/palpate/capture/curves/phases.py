@@ -106,7 +106,9 @@ def phases_of(depth: NDArray, force: NDArray) -> Phases:
     start = _begin(way[: deepest + 1], back)
     held = [_held_from(one[start:end]) for one in (way, force)]
     found = [start + one for one in held if one is not None]
-    loadings = _loadings(way)
+    # How often the way goes down into the object by most of its reach.
+    sides = _sides(way)
+    loadings = max(int((np.diff(sides[sides != 0], prepend=-1) > 0).sum()), 1)
     if found:
         stop, band = min(found) + 1, _band(way[start:end])
         end = int(np.flatnonzero(way[:end] >= way[deepest] - band)[-1]) + 1
@@ -149,12 +151,6 @@ def free_from(depth: NDArray) -> int:
     begins_free = not (sides[: free[0]] > 0).any()
     again = np.flatnonzero(sides[free[0] :] > 0)
     return 0 if begins_free or not len(again) else int(np.argmin(way[: free[0] + again[0]]))
-
-
-def _loadings(way: NDArray) -> int:
-    """How often a way goes down into the object by most of its reach."""
-    sides = _sides(way)
-    return max(int((np.diff(sides[sides != 0], prepend=-1) > 0).sum()), 1)
 
 
 def _sides(way: NDArray) -> NDArray:

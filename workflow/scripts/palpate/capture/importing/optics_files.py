@@ -48,7 +48,8 @@ def read_optics(paths: Sequence[Path], size_px: tuple[int, int] | None = None) -
         If a file is none of these, or holds another lens than OpenCV's.
     """
     contents = [_content(path) for path in paths]
-    by_opencv = [any(_is_matrix(value) for value in one.values()) for one in contents]
+    # OpenCV alone says what type of number a matrix has.
+    by_opencv = [any("dt" in _fields(value) for value in one.values()) for one in contents]
     if any(by_opencv):
         if not all(by_opencv):
             other = paths[by_opencv.index(False)]
@@ -91,9 +92,9 @@ def _content(path: Path) -> Mapping:
     return content
 
 
-def _is_matrix(value: Any) -> bool:
-    """Whether a field is a matrix as OpenCV writes it."""
-    return isinstance(value, Mapping) and "dt" in value
+def _fields(value: Any) -> Mapping:
+    """A field's own fields, none if it has none."""
+    return value if isinstance(value, Mapping) else {}
 
 
 def _texts(element: ElementTree.Element) -> dict[str, Any] | list[str]:
@@ -126,8 +127,7 @@ def _as_written(content: Mapping) -> Mapping:
     if not {"k", "K"} & set(content):
         return content
     plain = {str(name).lower(): value for name, value in content.items()}
-    roi = plain.get("roi") if isinstance(plain.get("roi"), Mapping) else {}
-    bins = [plain.get(f"binning_{axis}") or 1 for axis in "xy"]
+    roi, bins = _fields(plain.get("roi")), [plain.get(f"binning_{axis}") or 1 for axis in "xy"]
     if any(roi.get(f"{axis}_offset") for axis in "xy") or bins != [1, 1]:
         raise mismatch("roi, binning_x, binning_y", "the whole picture's", "a part's")
     fields = {ECHOED[name]: {"data": plain[name]} for name in ECHOED if name in plain}
@@ -165,7 +165,7 @@ def _data(content: Mapping, name: str, count: int | None = None) -> list[float]:
     """Numbers of a matrix as ROS writes it, or OpenCV."""
     block = _at(content, name)
     with named(name):
-        channels = re.search(r"\d+", str(block.get("dt"))) if isinstance(block, Mapping) else None
+        channels = re.search(r"\d+", str(_fields(block).get("dt")))
         if channels and int(channels[0]) > 1:
             remedy = "write it by rows, as Mat::reshape(1) has it"
             raise mismatch("dt", "a matrix of one channel", f"one of {channels[0]} ({remedy})")
@@ -231,7 +231,7 @@ def _rigid(block: Mapping, name: str) -> NDArray:
 
 
 def _at(block: Any, name: str) -> Any:
-    if not isinstance(block, Mapping) or name not in block:
+    if name not in _fields(block):
         raise mismatch(name, "a value", "none")
     return block[name]
 
