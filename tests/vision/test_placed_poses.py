@@ -11,9 +11,8 @@ from palpate.capture.poses import PoseRecord, read_poses, write_poses
 from palpate.capture.tables import read_frames, write_frames
 from palpate.vision.calibrated_probe import placed_sensor
 from palpate.vision.follow import followed
-from palpate.vision.kalman import smooth_tip
 from palpate.vision.options import ProbePose
-from palpate.vision.pose import MarkerPose, settle
+from palpate.vision.pose import MarkerPose, settle, smooth_tip
 from palpate.vision.probe import (
     AXIS,
     RAW_TIP,

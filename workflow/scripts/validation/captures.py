@@ -17,7 +17,7 @@ from palpate.units import MILLIMETRES, MILLISECONDS, PERCENT
 from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.foreground import load_masks
-from palpate.vision.kalman import study_filter
+from palpate.vision.pose import study_filter
 from palpate.vision.probe import AXIS, RAW_TIP, TIP
 from validation.measured import quantity, rms
 from validation.tracking import dent_of, from_surface, tracked_errors

@@ -13,11 +13,17 @@ from palpate.capture.poses import LARGEST_GAP_S, PoseRecord
 from palpate.config.sensor import asks_for_base, said_of_base
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera, camera_from_spec
-from palpate.vision.kalman import MEASUREMENT_STD_M, smooth_tip
 from palpate.vision.marker import CornerFollower, board_of
 from palpate.vision.options import ProbePose
 from palpate.vision.photometric import BoardRefiner
-from palpate.vision.pose import MarkerPose, candidate_poses, point_covariance, settle
+from palpate.vision.pose import (
+    MEASUREMENT_STD_M,
+    MarkerPose,
+    candidate_poses,
+    point_covariance,
+    settle,
+    smooth_tip,
+)
 from palpate.yaml_files import mismatch
 
 QUATERNION = ["marker_qx", "marker_qy", "marker_qz", "marker_qw"]

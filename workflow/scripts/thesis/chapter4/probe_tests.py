@@ -21,8 +21,8 @@ from palpate.vision.clouds import probe_places, scene_cloud
 from palpate.vision.follow import followed
 from palpate.vision.force import FORCE, zeroed
 from palpate.vision.indentation import capture_wrenches, depth_along, force_along
-from palpate.vision.kalman import study_filter
 from palpate.vision.options import Force, ProbePose
+from palpate.vision.pose import study_filter
 from palpate.vision.probe import RAW_TIP, TIP
 from palpate.vision.support_plane import fit_support_plane, height_above
 from scipy.optimize import least_squares, minimize

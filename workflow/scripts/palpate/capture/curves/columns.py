@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.capture.curves.export import Export, fault
-from palpate.capture.curves.units import FORCES, LENGTHS, UNITS, Header, plain
+from palpate.capture.curves.export import FORCES, LENGTHS, UNITS, Export, Header, fault, plain
 
 
 @dataclass(frozen=True)
