@@ -124,21 +124,15 @@ def _rows(path: Path) -> tuple[list[str], NDArray]:
     try:
         poses[seen, :3, 3] = columns_of(table[seen], MARKER)
         if seen.any() or not len(seen):
-            poses[seen, :3, :3] = turns_of(table[seen])
+            poses[seen, :3, :3] = _turns(table[seen])
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     poses[seen, 3] = [0, 0, 0, 1]
     return [str(name) for name in names], poses
 
 
-def turns_of(table: pd.DataFrame) -> NDArray:
-    """Rotations camera_from_marker of a pose table, (n, 3, 3).
-
-    Raises
-    ------
-    ValueError
-        If there are none, or a quaternion is not of length 1.
-    """
+def _turns(table: pd.DataFrame) -> NDArray:
+    """Rotations camera_from_marker of a pose table, (n, 3, 3), at least one."""
     turns = columns_of(table, QUATERNION)
     lengths = np.linalg.norm(turns, axis=1)
     if (wrong := np.flatnonzero(np.abs(lengths - 1) > TOLERANCE)).size:
@@ -216,11 +210,11 @@ def stated_static_poses(path: Path) -> StaticPoses:
     Raises
     ------
     ValueError
-        As `read_table`, `turns_of` and `columns_of` do.
+        As `read_table` and `columns_of` do, or if there is no row or no quaternion of length 1.
     """
     table = read_table(path)
     names = [f"row {k}" for k in range(1, len(table) + 1)]
-    return StaticPoses(names, turns_of(table), columns_of(table, WRENCH_COLUMNS))
+    return StaticPoses(names, _turns(table), columns_of(table, WRENCH_COLUMNS))
 
 
 def _still(time_s: NDArray, turns: NDArray) -> list[tuple[int, int]]:

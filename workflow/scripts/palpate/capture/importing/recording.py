@@ -157,11 +157,12 @@ def frames_of(
     Raises
     ------
     ValueError
-        If there are too few pairs, or none while forces were recorded.
+        If there are too few pairs, or none while forces were recorded, or a stream has fewer than
+        two images or stamps that do not move.
     """
     color, depth = content.color, content.depth
     within_ns = None if pairing_ms is None else round(pairing_ms * NS_PER_MS)
-    pairs = paired(color.times_ns, depth.times_ns, within_ns)
+    pairs = _paired(color.times_ns, depth.times_ns, within_ns)
     half = f"half a frame ({pairs.within_ns / NS_PER_MS:.1f} ms)"
     within = half if pairing_ms is None else f"{pairing_ms:g} ms"
     missed = _missed(pairs)
@@ -191,22 +192,9 @@ def frames_of(
     return pairs, notes
 
 
-def paired(color_ns: NDArray, depth_ns: NDArray, within_ns: float | None = None) -> Pairs:
-    """Pair images of two streams that are nearest to each other.
-
-    Parameters
-    ----------
-    color_ns, depth_ns : (n,), (m,) int64 arrays
-        Stamps [ns], in any order.
-    within_ns : float, optional
-        How far apart they may be [ns]; half a frame if not given. A frame lasts as long as the
-        median interval of the faster stream.
-
-    Raises
-    ------
-    ValueError
-        If a stream has fewer than two images, or its stamps do not move.
-    """
+def _paired(color_ns: NDArray, depth_ns: NDArray, within_ns: float | None) -> Pairs:
+    """Pair images that are each other's nearest, by stamps (n,) and (m,) in any order [ns]."""
+    # A frame lasts as long as the median interval of the faster stream.
     half_ns = min(_interval(color_ns, "color"), _interval(depth_ns, "depth")) / 2
     within_ns = half_ns if within_ns is None else within_ns
     # Halfway between two, one side takes the later and the other the earlier: they still agree.
