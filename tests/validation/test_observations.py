@@ -110,6 +110,17 @@ def test_errors_of_the_rig_are_in_all_its_captures(lab):
     assert np.isclose(*(one.tip_depth_m[0] for one in captures))
 
 
+def test_captures_at_several_points_are_at_each_in_turn(lab):
+    """The second point is three times as stiff."""
+    of = quiet(lab)
+    of = replace(of, ranges=of.ranges | {"captures": [4, 4], "depth_spread": 0.0})
+    first = replace(of.contact, force_n=of.contact.force_n / 3)
+    captures, _, drawn = replace(of, contact=first).draw(np.random.default_rng(3), of)
+    peaks = np.array([one.force_n.max() for one in captures])
+    assert peaks[0] == pytest.approx(drawn["force_n"], rel=0.05)
+    assert peaks / peaks[0] == pytest.approx([1, 3, 1, 3], rel=0.05)
+
+
 def test_a_table_is_brought_to_where_the_lab_touches(synthetic):
     """On a flat, 5 mm along it: what it does to the surface goes with it."""
     table, aside_m = synthetic.table(), np.array([0.003, 0.004, 0.0])
@@ -125,7 +136,7 @@ def test_a_table_is_brought_to_where_the_lab_touches(synthetic):
 
 def test_a_careful_protocol_says_all_that_is_drawn(root, ranges):
     careful = load_yaml(root / "config/careful.yaml")
-    assert set(careful) - set(ranges) == {"fit", "probe"} and set(ranges) <= set(careful)
+    assert set(careful) - set(ranges) == {"fit", "points", "probe"} and set(ranges) <= set(careful)
     assert set(careful["evenly"]) == set(ranges["evenly"])
     Fit.read(careful["fit"])
 

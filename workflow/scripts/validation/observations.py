@@ -2,12 +2,12 @@
 
     python -m validation.observations RUN [--draws 50] [--seed 0] [--ranges FILE.yaml]
 
-of the folder of a finished `make validation`, whose objects, contact solutions and indentation
-tables are taken. FILE.yaml, config/observations.yaml by default, says what is drawn; tables of its
-name, FILE.csv and FILE_by_tenth.csv, are written into RUN, and how often intervals hold is printed.
-Errors of template, radius and table are those of the run, the same in all draws of an object, which
-are therefore not quite independent; crosstalk of the force, outliers and missing samples are left
-out.
+of the folder of a finished `make validation`, or of the project after `make results`, whose
+objects, contact solutions and indentation tables are taken. FILE.yaml, config/observations.yaml by
+default, says what is drawn; tables of its name, FILE.csv and FILE_by_tenth.csv, are written into
+RUN/results, and how often intervals hold is printed. Errors of template, radius and table are those
+of the run, the same in all draws of an object, which are therefore not quite independent; crosstalk
+of the force, outliers and missing samples are left out.
 """
 
 import argparse
@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import cycle, islice
 from pathlib import Path
 
 import numpy as np
@@ -136,15 +137,18 @@ class Lab:
         known = np.nan_to_num(np.stack([here, *slopes], axis=1))
         return cKDTree(cells), PchipInterpolator(self.contact.depth_m, known)
 
-    def draw(self, rng: Generator) -> tuple[list[DirectIndentation], dict, dict]:
+    def draw(self, rng: Generator, *others: "Lab") -> tuple[list[DirectIndentation], dict, dict]:
         """Captures of a rig, the material, and what was drawn.
+
+        ``others`` are further points of the object: captures are at each point in turn.
 
         Raises
         ------
         ValueError
             If the captures determine nothing, as of a camera that sees no surface.
         """
-        ranges, deepest_m = self.ranges, self.contact.depth_m[-1]
+        ranges, points = self.ranges, (self, *others)
+        deepest_m = min(one.contact.depth_m[-1] for one in points)
         drawn = {name: rng.uniform(*ends) for name, ends in ranges["evenly"].items()}
         drawn |= {name: std * rng.normal() for name, std in ranges["rig_std"].items()}
         drawn["captures"] = int(rng.integers(*ranges["captures"], endpoint=True))
@@ -161,7 +165,7 @@ class Lab:
         stiffer = drawn["force_n"] / unit_n
         tip_m = self.noise["rig_tip_m"] * rng.normal(size=3)
         given = drawn, relaxation, stiffer, tip_m
-        indented = [self._capture(rng, *given) for _ in range(drawn["captures"])]
+        indented = [one._capture(rng, *given) for one in islice(cycle(points), drawn["captures"])]
         E = stiffer * self.material["youngs_modulus_pa"]
         material = self.material | {"youngs_modulus_pa": E, "relaxation": relaxation}
         return indented, material, drawn
@@ -237,12 +241,13 @@ def relaxed(
     return relaxed
 
 
-def lab_of(run: Path, name: str, sensor: str, ranges: Mapping) -> Lab:
-    """An object and a sensor of a run, by its files and what is drawn."""
-    config, results = load_yaml(run / "config.yaml"), run / "results"
-    rig = rig_of(run / "raw" / name, results / name, "01", run / "sensors", sensor)
+def lab_of(run: Path, name: str, sensor: str, ranges: Mapping, point: str = "01") -> Lab:
+    """An object's point and a sensor of a run, by its files and what is drawn."""
+    given = run if (run / "config.yaml").is_file() else run / "config"
+    config, results = load_yaml(given / "config.yaml"), run / "results"
+    rig = rig_of(run / "raw" / name, results / name, point, given / "sensors", sensor)
     material = load_yaml(results / "lab" / name / "material.json")
-    contact = Contact.read(results / "lab" / name / "contact-01.npz")
+    contact = Contact.read(results / "lab" / name / f"contact-{point}.npz")
     rig = (_brought(*rig[:2], contact.point_m), *rig[1:4], rig[4] | ranges.get("probe", {}))
     noise = Noise.expected(*rig[3:], float(np.mean(ranges["distance_m"][sensor])))
     fit = Fit.read(ranges.get("fit", config.get("direct", {}).get("fit", {})))
@@ -269,8 +274,10 @@ def estimates(
     run: Path, ranges: Mapping, name: str, sensor: str, draws: int, seed: int
 ) -> list[dict]:
     """Estimates of draws of an object and a sensor beside their truth, one row each."""
+    solved = sorted((run / "results" / "lab" / name).glob("contact-*.npz"))
+    points = [path.stem.partition("-")[2] for path in solved[: ranges.get("points", 1)]]
     try:
-        lab, rows = lab_of(run, name, sensor, ranges), []
+        (lab, *others), rows = [lab_of(run, name, sensor, ranges, one) for one in points], []
     except ValueError as error:
         return [{"object": name, "sensor": sensor, "rejected": str(error)}]
     planned, known = lab.planned, ProbeUncertainty.of(lab.planned.probe)
@@ -279,7 +286,7 @@ def estimates(
         rng = np.random.default_rng([seed, zlib.crc32(f"{name} {sensor}".encode()), k])
         row = {"object": name, "sensor": sensor, "law": lab.material["law"], "rig": f"{name} {k}"}
         try:
-            captures, material, drawn = lab.draw(rng)
+            captures, material, drawn = lab.draw(rng, *others)
             row |= {f"{DRAWN}{key}": value for key, value in drawn.items()}
             found = estimate_direct(captures, planned.options, known, radius_m=radius_m)
         except ValueError as error:
@@ -339,8 +346,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         jobs = [pool.submit(estimates, given.run, ranges, *pair, *seeded) for pair in sorted(pairs)]
         table = pd.DataFrame([row for job in jobs for row in job.result()])
     name = given.ranges.stem
-    table.to_csv(given.run / f"{name}.csv", index=False)
-    by_tenth(table).to_csv(given.run / f"{name}_by_tenth.csv", index=False)
+    table.to_csv(results / f"{name}.csv", index=False)
+    by_tenth(table).to_csv(results / f"{name}_by_tenth.csv", index=False)
     rejected = int(table["rejected"].notna().sum()) if "rejected" in table else 0
     print(summary(table).to_string(index=False))
     print(f"{rejected} of {len(table)} draws were rejected: {name}.csv says why")
