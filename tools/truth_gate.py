@@ -39,8 +39,8 @@ PROBE = yaml.safe_load((ROOT / "config/probes/nano25_sphere.yaml").read_text())
 # What the numbers depend on, below the project.
 SCRIPTS = "workflow/scripts"
 PLACES = tuple(f"{SCRIPTS}/palpate/{name}" for name in (
-    "capture", "vision", "surface", "solid", "estimate", "modulus.py", "open3d_core.py",
-    "yaml_files.py", "config", "workflow/capture_inputs.py",
+    "capture", "vision", "surface", "solid", "estimate", "json_fields.py", "mkl.py", "modulus.py",
+    "npz.py", "open3d_core.py", "units.py", "yaml_files.py", "config", "workflow/capture_inputs.py",
     "workflow/estimate_inputs.py", "workflow/object_inputs.py"))  # fmt: skip
 PLACES += (f"{SCRIPTS}/virtual_lab", f"{SCRIPTS}/stages", "config/meshes")
 PLACES += ("config/config.yaml", "config/lab.yaml", "config/sensors/bumblebee.yaml")

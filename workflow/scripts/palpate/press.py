@@ -92,7 +92,7 @@ def press_of(capture: Capture, config: Config, optics: str | Path | None = None)
     Raises
     ------
     ValueError
-        Naming what was expected and found, where board, depth and force don't fit each other.
+        Naming what was expected and found, where target, depth and force don't fit each other.
     """
     if capture.sensor.get("optics") == "calibration" and optics is None:
         expected = f"the calibration.json that {capture.folder.parent.name}'s file asks for"

@@ -31,14 +31,18 @@ from palpate.vision.clouds import viewpoint_of
 
 # A sample's own few frames at rest, against the deviation of all samples: worth so many frames.
 POOLED_FRAMES = 6.0
-# A sample is seen in so many frames at rest or more, and in one with this part of its mean count.
-FEWEST_AT_REST, FEWEST_PART = 3, 0.5
-# The camera must see some of the surface this near to the contact; at rest the tip is at least so
-# far above the surface, about twice what depths are known to [m].
-NEAR_M, CLEAR_M = 0.04, 0.0005
-# Of a stereo head, so many windows beside the tip hold both tip and surface; and more frames at
-# rest than these do not determine better where samples are.
-CLEAR_WINDOWS, MOST_AT_REST = 1.3, 120
+# A sample is seen in so many frames at rest or more.
+FEWEST_AT_REST = 3
+# More frames at rest do not determine better where samples are.
+MOST_AT_REST = 120
+# A frame sees a sample if it has this part of the sample's mean number of points.
+FEWEST_PART = 0.5
+# The camera must see some of the surface this near to the contact [m].
+NEAR_M = 0.04
+# At rest the tip is so far above the surface, about twice what depths are known to [m].
+CLEAR_M = 0.0005
+# Of a stereo head, so many windows beside the tip hold both tip and surface.
+CLEAR_WINDOWS = 1.3
 SHAPES = {
     "cell_m": ("samples", 3),
     "normal": ("samples", 3),

@@ -34,8 +34,10 @@ from palpate.vision.clock import stated_clock_std_s
 from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP, from_pictures, marker_transforms
 
-# A force sensor's noise is not less [N]; nearer to the contact windows hold the probe too [m].
-LEAST_NOISE_N, LEAST_REACH_M = 1e-4, 0.03
+# A force sensor's noise is not less [N].
+LEAST_NOISE_N = 1e-4
+# Samples up to here are compared on any base: nearer to the contact windows hold the probe too [m].
+LEAST_REACH_M = 0.03
 
 
 @dataclass(frozen=True)
@@ -223,15 +225,12 @@ def compared_m(
     the table's does: beyond about the height of the contact it moves the surface as nu would.
     """
     contact_m = hertz_contact_radius(indenter_radius_m=radius_m, depth_m=depth_m)
-    nearest_m, farthest_m = (
-        options.nearest_m + options.nearest_radii * contact_m,
-        options.farthest_m,
-    )
-    if table.slides:
-        height_m = float(support.heights_m(table.point_m[None])[0])
-        least_m = float(np.hypot(max(2 * nearest_m, LEAST_REACH_M), radius_m))
-        farthest_m = min(farthest_m, max(height_m, least_m))
-    return nearest_m, farthest_m
+    nearest_m = options.nearest_m + options.nearest_radii * contact_m
+    if not table.slides:
+        return nearest_m, options.farthest_m
+    height_m = float(support.heights_m(table.point_m[None])[0])
+    least_m = float(np.hypot(max(2 * nearest_m, LEAST_REACH_M), radius_m))
+    return nearest_m, min(options.farthest_m, max(height_m, least_m))
 
 
 def _check_belonging(record: ProbeRecord, motion: SurfaceMotion) -> None:

@@ -21,12 +21,16 @@ from palpate.surface.template import Template
 from palpate.units import FROM_MEDIAN
 
 # Points off a crease have no place of their own: their way from it is not along its normal.
-SHARP_COSINE, SHARP_EDGE_M = 0.87, 0.0005
-# A sample's points have normals like its own; with fewer in a frame it was not seen there.
-ALIKE_COSINE, FEWEST_POINTS = 0.8, 2
-# Points of a sample farther from its median than so many deviations, and what an indented surface
-# may slope in it, are left out.
-CLIP, SLOPE = 3.0, 0.05
+SHARP_COSINE = 0.87
+SHARP_EDGE_M = 0.0005
+# A sample's points have normals like its own.
+ALIKE_COSINE = 0.8
+# With fewer points in a frame a sample was not seen there.
+FEWEST_POINTS = 2
+# Points of a sample farther from its median than so many deviations are left out,
+CLIP = 3.0
+# beyond what an indented surface may slope in it.
+SLOPE = 0.05
 # Length of a probe above its tip, and where on it the handle begins [m].
 SHAFT_M, SHAFT_FROM_M = 0.25, 0.05
 
