@@ -130,8 +130,8 @@ def test_the_command_finds_all_of_an_object_by_itself(lab, monkeypatch, capsys):
     monkeypatch.chdir(lab)
     with pytest.raises(SystemExit, match="0"):
         main(["direct", "--help"])
-    example = capsys.readouterr().out.split()[-4:]
-    assert example == ["palpate", "direct", "raw/sponge", "--fast"]
+    example = capsys.readouterr().out.split()[-3:]
+    assert example == ["palpate", "direct", "raw/sponge"]
     assert main([*example[1:], "--figure", str(lab / "direct.svg")]) == 0
     said = capsys.readouterr()
     steps = [line for line in said.err.splitlines() if line.startswith("[")]
@@ -139,10 +139,9 @@ def test_the_command_finds_all_of_an_object_by_itself(lab, monkeypatch, capsys):
     assert re.search(r"kept in results/sponge/indentation-back-[0-9a-f]{8}.npz", steps[2])
     assert "skfem" not in said.err
     assert said.out.startswith("sponge, bench_cam: 2 captures\n  effective_reduced_modulus: ")
-    assert "coarse indentation table (--fast)" in said.out
     assert (lab / "direct.svg").stat().st_size > 10_000
     # As sure as no film is: pictures tell nu better than to 0.02.
-    given = ["direct", "raw/sponge/bench_cam/back", "--fast", "--nu", "0.38", "--nu-std", "0.002"]
+    given = ["direct", "raw/sponge/bench_cam/back", "--nu", "0.38", "--nu-std", "0.002"]
     assert main([*given, "--json", "--quiet"]) == 0
     said = capsys.readouterr()
     assert not said.err
@@ -154,7 +153,7 @@ def test_the_command_finds_all_of_an_object_by_itself(lab, monkeypatch, capsys):
     )
     # The lab's material: 38 kPa.
     assert E["low"] < 38e3 < E["high"]
-    assert told["captures"] == ["raw/sponge/bench_cam/back"] and told["fast"]
+    assert told["captures"] == ["raw/sponge/bench_cam/back"]
     assert told["options"]["poisson_ratio_std"] == 0.002
     assert "given Poisson's ratio" in {row["source"] for row in told["budget"]}
 

@@ -70,7 +70,7 @@ def test_every_way_in_makes_every_check(bench, corrupt, capsys):
         palpate.open_capture(CAPTURE)
     assert main(["check"]) == 1
     checked = capsys.readouterr().out
-    assert main(["direct", OBJECT, "--fast"]) == 1
+    assert main(["direct", OBJECT]) == 1
     told = capsys.readouterr()
     assert not told.out
     (direct,) = told.err.splitlines()
@@ -80,7 +80,7 @@ def test_every_way_in_makes_every_check(bench, corrupt, capsys):
 
 def test_a_recording_under_two_names_is_told_before_the_work(bench, capsys):
     shutil.copytree(bench / CAPTURE, bench / f"{CAPTURE}-a02")
-    assert main(["direct", OBJECT, "--fast"]) == 1
+    assert main(["direct", OBJECT]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "back-a02/force.csv: content: expected another recording" in line
 

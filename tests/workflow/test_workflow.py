@@ -40,8 +40,8 @@ def test_the_command_comes_to_the_workflows_moduli(copy, monkeypatch, capsys):
 
     monkeypatch.chdir(copy)
     capture = ["tests/sample/raw/foam_block/kinect/08", "--sensors", "tests/sample/sensors"]
-    # The sample says of its table what --fast says of its own.
-    tables = ["--tables", "results/sample/foam_block", "--fast"]
+    # What the sample says of its coarse table is in its own configuration.
+    tables = ["--tables", "results/sample/foam_block", "--config", "tests/sample/config.yaml"]
     assert main(["direct", *capture, *tables, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     known = json.loads((copy / "results/sample/foam_block/kinect/direct.json").read_text())

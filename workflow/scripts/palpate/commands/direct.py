@@ -31,10 +31,7 @@ Estimate E and nu of captures: of one, of all of a sensor's folder, or of all of
 of one sensor together. Configuration, optics, solid and indentation tables are those of the
 project's folder above, and a table that is made now is kept where a run keeps it.
 """
-EXAMPLE = "palpate direct raw/sponge --fast"
-# Of --fast: what its table may be off by.
-FAST_STD = {"log_youngs_modulus": 0.05, "nu": 0.03}
-FAST_NOTE = "coarse indentation table (--fast): 5 % of E and 0.03 of nu are allowed for it"
+EXAMPLE = "palpate direct raw/sponge"
 LAWS = {"force": "q of the force", "motion": "m of the displacement"}
 
 
@@ -67,7 +64,7 @@ def _direct(options: argparse.Namespace) -> int:
             print("\n".join(_lines(_title(group), one, options)))
         return failed
     fields = [
-        {"captures": [os.path.relpath(capture.folder) for capture in group], "fast": options.fast}
+        {"captures": [os.path.relpath(capture.folder) for capture in group]}
         | one.to_dict()
         | {"options": one.options.written()}
         for group, one in found
@@ -194,16 +191,14 @@ class _Steps:
         if (key := (capture.folder.parents[1], capture.point)) not in self.tables:
             of_object = key[0], capture.declared, capture.template, one.template, one.support
             point = TablePoint(*of_object, key[1], capture.radius_m, one.config.direct.model)
-            how = {"fast": options.fast, "own": options.tables}
-            changed = options.fast or options.config or options.tables
-            self.tables[key] = point.table(project, self.stage, changed=changed, **how)
+            how = {"changed": bool(options.config), "own": options.tables}
+            self.tables[key] = point.table(project, self.stage, **how)
         return self.tables[key]
 
 
 def _fit(fit: Any, options: argparse.Namespace) -> Any:
-    """Options of the fit, with what a person says of nu and of the table."""
+    """Options of the fit, with what a person says of nu."""
     given = {"poisson_ratio": options.nu, "poisson_ratio_std": options.nu_std}
-    given["model_std"] = fit.model_std.changed(**FAST_STD) if options.fast else None
     return fit.changed(**{name: value for name, value in given.items() if value is not None})
 
 
@@ -220,8 +215,6 @@ def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> 
     for which, law in described_law(found.solution, found.quantities)["law"].items():
         text = f"{law['value']:+.2f} +- {law['std']:.2f}"
         yield f"  material law, {LAWS[which]}: {text} (0: neo-Hooke's, 1: Blatz and Ko's)"
-    if options.fast:
-        yield f"  {FAST_NOTE}"
     yield from (f"  warning: {line}" for line in found.warnings)
 
 
@@ -233,9 +226,6 @@ def add(commands: Any) -> None:
     verb.add_argument("folders", type=Path, nargs="+", metavar="FOLDER", help=text)
     verb.add_argument("--nu", type=float, help="Poisson's ratio, where it is known beforehand")
     verb.add_argument("--nu-std", type=float, metavar="STD", help="and how well (0.002)")
-    verb.add_argument(
-        "--fast", action="store_true", help="a coarse table, in an eighth of the time"
-    )
     verb.add_argument("--figure", type=Path, help="draw press and surface (.png, .svg, .pdf)")
     verb.add_argument("--json", action="store_true", help="for programs")
     verb.add_argument("--config", type=Path, help="options of all steps; else config/config.yaml")

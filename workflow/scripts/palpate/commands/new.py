@@ -100,7 +100,7 @@ def _next_steps(folder: Path, captures: Path, blanks: list[str]) -> Iterator[str
         f" palpate import <recording> {captures}/<point>"
     )
     yield f"  4. palpate check {folder}"
-    yield f"  5. palpate direct {folder} --fast; with tables, figures and a page:"
+    yield f"  5. palpate direct {folder}; with tables, figures and a page:"
     yield f"     .venv/bin/snakemake -j2 --config only={folder.name}"
 
 

@@ -114,7 +114,7 @@ def _planned(options: argparse.Namespace) -> "Planned":
     of_object = folder, declared, path, template, read_support(declared["support"])
     of_point = point, probe["indenter"]["radius_m"], config.direct.model
     begin = partial(stage, lasting=True)
-    table = TablePoint(*of_object, *of_point).table(project, begin, fast=True)
+    table = TablePoint(*of_object, *of_point).table(project, begin)
     away_m = (options.distance_mm or DISTANCE_MM) / MILLIMETRES
     if options.camera_mm:
         away_m = float(np.linalg.norm(np.array(options.camera_mm) / MILLIMETRES - table.point_m))

@@ -20,9 +20,6 @@ from palpate.solid.options import IndentationTable
 from palpate.solid.support import Support
 from palpate.surface.template import Template
 
-# Of --fast: a table in an eighth of the time.
-FAST = {"step_m": 0.003, "edge_m": 0.004}
-
 
 @dataclass(frozen=True)
 class TablePoint:
@@ -42,16 +39,15 @@ class TablePoint:
         project: Project,
         stage: Callable,
         *,
-        fast: bool = False,
         changed: bool = False,
         own: Path | None = None,
     ) -> IndentationModel:
         """The table that is kept, or one made now, and kept.
 
-        ``stage`` says what goes on; ``fast``: a coarse one; ``changed``: with other options than a
-        run's; ``own`` is a folder of tables in place of results/<object>.
+        ``stage`` says what goes on; ``changed``: with other options than a run's; ``own`` is a
+        folder of tables in place of results/<object>.
         """
-        model, title = self.model.changed(**FAST) if fast else self.model, self.declared["object"]
+        model, title = self.model, self.declared["object"]
         kept, folder = project.solid(title), own or project.results(title)
         mine = folder and folder / self._file(model, kept)
         of_run = folder and folder / f"indentation-{self.name}.npz"
