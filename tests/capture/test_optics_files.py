@@ -198,9 +198,17 @@ def test_what_opencv_itself_writes_whole_and_damaged(tmp_path, end):
 @pytest.mark.parametrize(
     ("comment", "points", "line"),
     [
-        ("caf\N{LATIN SMALL LETTER E WITH ACUTE}".encode("latin-1"), K, "file: expected UTF-8, fo"),
-        (b"", np.zeros((9, 1, 2)), "camera_matrix: dt: expected .* one channel, found .* 2"),
-        (b" " * 1_000_000, K, "file: expected {} of at most 1000000 bytes, found 1000"),
+        (
+            "caf\N{LATIN SMALL LETTER E WITH ACUTE}".encode("latin-1"),
+            K,
+            r"file: expected UTF-8, found other bytes \(save it",
+        ),
+        (b"", np.zeros((9, 1, 2)), r"camera_matrix: dt: expected .* one channel, found .* 2.*\("),
+        (
+            b" " * 1_000_000,
+            K,
+            r"file: expected {} of at most 1000000 bytes, found 1000\d+ \(leave out",
+        ),
     ],
 )
 def test_files_that_opencv_alone_reads(tmp_path, end, comment, points, line):
@@ -211,7 +219,7 @@ def test_files_that_opencv_alone_reads(tmp_path, end, comment, points, line):
     storage.release()
     path.write_bytes(path.read_bytes().replace(b"here", b"here" + comment))
     named = line.format("XML" if end == "xml" else "YAML")
-    with pytest.raises(ValueError, match=rf"camera\.{end}: {named}.*\(.*\)"):
+    with pytest.raises(ValueError, match=rf"camera\.{end}: {named}"):
         read_optics([path], SIZE)
 
 

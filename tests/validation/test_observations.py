@@ -13,7 +13,17 @@ from palpate.estimate.relaxation import relaxed_force
 from palpate.modulus import columns
 from palpate.plan import Noise, Planned
 from palpate.yaml_files import load_yaml
-from validation.observations import MODULI, Contact, Lab, _brought, by_tenth, relaxed, summary
+from validation.observations import (
+    MODULI,
+    Contact,
+    Lab,
+    _brought,
+    by_tenth,
+    main,
+    relaxed,
+    solved_points,
+    summary,
+)
 
 E_PA = 2e4
 FIT = Fit(poisson_ratio_bounds=(0.0, 0.45))
@@ -119,6 +129,21 @@ def test_captures_at_several_points_are_at_each_in_turn(lab):
     peaks = np.array([one.force_n.max() for one in captures])
     assert peaks[0] == pytest.approx(drawn["force_n"], rel=0.05)
     assert peaks / peaks[0] == pytest.approx([1, 3, 1, 3], rel=0.05)
+
+
+def test_points_are_those_whose_contact_the_lab_has_solved(tmp_path, capsys):
+    solved = tmp_path / "results/lab/block"
+    solved.mkdir(parents=True)
+    for point in ("11", "08"):
+        (solved / f"contact-{point}.npz").touch()
+    assert solved_points(tmp_path / "results", "block") == ["08", "11"]
+    # An estimate of recorded captures has no truth to be held to.
+    own = tmp_path / "results/sponge/bench_cam"
+    own.mkdir(parents=True)
+    (own / "direct.json").touch()
+    with pytest.raises(SystemExit):
+        main([str(tmp_path)])
+    assert "found no estimate of an object of the lab" in capsys.readouterr().err
 
 
 def test_a_table_is_brought_to_where_the_lab_touches(synthetic):

@@ -107,7 +107,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Lab:
-    """An object of the lab with a sensor, and what is drawn of recordings of it.
+    """A point of an object of the lab, a sensor, and what is drawn of recordings of it.
 
     Attributes
     ----------
@@ -140,7 +140,8 @@ class Lab:
     def draw(self, rng: Generator, *others: "Lab") -> tuple[list[DirectIndentation], dict, dict]:
         """Captures of a rig, the material, and what was drawn.
 
-        ``others`` are further points of the object: captures are at each point in turn.
+        ``others`` are further points of the object: captures are at each point in turn. The drawn
+        force is the first point's; others bear what the same material returns there.
 
         Raises
         ------
@@ -270,12 +271,17 @@ def _brought(table: IndentationModel, template: Template, point_m: NDArray) -> I
     )
 
 
+def solved_points(results: Path, name: str) -> list[str]:
+    """Points of an object whose contact the lab has solved."""
+    solved = sorted((results / "lab" / name).glob("contact-*.npz"))
+    return [path.stem.partition("-")[2] for path in solved]
+
+
 def estimates(
     run: Path, ranges: Mapping, name: str, sensor: str, draws: int, seed: int
 ) -> list[dict]:
     """Estimates of draws of an object and a sensor beside their truth, one row each."""
-    solved = sorted((run / "results" / "lab" / name).glob("contact-*.npz"))
-    points = [path.stem.partition("-")[2] for path in solved[: ranges.get("points", 1)]]
+    points = solved_points(run / "results", name)[: ranges.get("points", 1)]
     try:
         (lab, *others), rows = [lab_of(run, name, sensor, ranges, one) for one in points], []
     except ValueError as error:
@@ -334,9 +340,10 @@ def main(argv: Sequence[str] | None = None) -> None:
     given = parser.parse_args(argv)
     results = given.run / "results"
     pairs = [path.relative_to(results).parts[:2] for path in results.glob("*/*/direct.json")]
+    pairs = [pair for pair in pairs if solved_points(results, pair[0])]
     if not pairs:
-        expected = f"expected what `make validation` leaves in {results}"
-        parser.exit(1, f"error: run: {expected}, found no direct.json\n")
+        expected = f"expected what `make validation` or `make results` leaves in {results}"
+        parser.exit(1, f"error: run: {expected}, found no estimate of an object of the lab\n")
     try:
         ranges = load_yaml(given.ranges)
     except ValueError as error:

@@ -210,7 +210,8 @@ def stated_static_poses(path: Path) -> StaticPoses:
     Raises
     ------
     ValueError
-        As `read_table` and `columns_of` do, or if there is no row or no quaternion of length 1.
+        As `read_table` and `columns_of` do, or if there is no row, or a quaternion of another
+        length than 1.
     """
     table = read_table(path)
     names = [f"row {k}" for k in range(1, len(table) + 1)]

@@ -129,7 +129,6 @@ def softest_at_point_16(estimates: pd.DataFrame) -> Outcome:
     """Whether E of point 16 is the least of points 8, 16 and 17."""
     points = ["08", "16", "17"]
     mine = estimates[(estimates["object"] == BLOCK) & estimates["point"].isin(points)]
-
     places = mine.set_index("point").groupby(["sensor", "error"])["youngs_modulus_pa"]
 
     def softest(E: pd.Series) -> Outcome:

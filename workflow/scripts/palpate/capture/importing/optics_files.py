@@ -76,14 +76,16 @@ def _content(path: Path) -> Mapping:
             text = stream.read(LARGEST_BYTES + 1)
     is_xml = text.startswith(b"<")
     with named(path):
-        if is_xml and len(text) > LARGEST_BYTES:
+        if len(text) > LARGEST_BYTES:
+            expected = f"{'XML' if is_xml else 'YAML'} of at most {LARGEST_BYTES} bytes"
             found = f"{path.stat().st_size} (leave out what is no matrix and no size)"
-            raise mismatch("file", f"XML of at most {LARGEST_BYTES} bytes", found)
+            raise mismatch("file", expected, found)
         try:
             content = _texts(ElementTree.fromstring(text)) if is_xml else load_yaml(path)
         except (ElementTree.ParseError, *NO_VALUES) as error:
-            if len(text) <= LARGEST_BYTES and text.decode(errors="ignore").encode() != text:
-                raise mismatch("file", "UTF-8", "other bytes (save it as UTF-8)") from None
+            if text.decode(errors="ignore").encode() != text:
+                hint = "save it as UTF-8, or copy it again?"
+                raise mismatch("file", "UTF-8", f"other bytes ({hint})") from None
             fault = f"file: expected XML, found none ({error})" if is_xml else error
             hint = " (copy or write it again?)" if text else ""
             raise ValueError(f"{fault}{hint}") from None

@@ -39,7 +39,7 @@ MOST_AT_REST = 120
 FEWEST_PART = 0.5
 # The camera must see some of the surface this near to the contact [m].
 NEAR_M = 0.04
-# At rest the tip is so far above the surface, about twice what depths are known to [m].
+# At rest the tip is at least so far above the surface, about twice what depths are known to [m].
 CLEAR_M = 0.0005
 # Of a stereo head, so many windows beside the tip hold both tip and surface.
 CLEAR_WINDOWS = 1.3

@@ -20,16 +20,17 @@ from palpate.solid.smooth_surface import corner_normals
 from palpate.surface.template import Template
 from palpate.units import FROM_MEDIAN
 
-# Points off a crease have no place of their own: their way from it is not along its normal.
+# Points off a crease have no place of their own: the cosine of their way to its normal is less,
 SHARP_COSINE = 0.87
+# unless they are so near that their way has no direction [m].
 SHARP_EDGE_M = 0.0005
 # A sample's points have normals like its own.
 ALIKE_COSINE = 0.8
 # With fewer points in a frame a sample was not seen there.
 FEWEST_POINTS = 2
-# Points of a sample farther from its median than so many deviations are left out,
+# Points of a sample farther from its median than so many deviations are left out.
 CLIP = 3.0
-# beyond what an indented surface may slope in it.
+# Slope of an indented surface: what it adds to that limit within a sample.
 SLOPE = 0.05
 # Length of a probe above its tip, and where on it the handle begins [m].
 SHAFT_M, SHAFT_FROM_M = 0.25, 0.05
