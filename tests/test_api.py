@@ -186,7 +186,7 @@ WRONG = {
         "--config: expected a file, found nothing at none.yaml",
     ("raw/sponge", "--config", "mine.yaml"): "mine.yaml: herz: expected one of",
     ("raw/sponge", "--nu-std", "0.1"): "--nu-std: expected --nu beside it, found none",
-    ("raw/sponge", "--tables", "none"): "--tables: expected a folder, found none at none",
+    ("raw/sponge", "--tables", "none"): "--tables: expected a folder, found none at none .make it",
     ("raw/sponge", "--figure", "fit.bmp"): "--figure: expected a file that ends with one of .png",
 }  # fmt: skip
 

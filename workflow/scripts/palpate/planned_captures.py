@@ -270,7 +270,7 @@ class PlannedCaptures:
             roots[BASE_SOURCE] = turn @ known.base_root_m(place_m)
         return roots
 
-    def _near(self, samples: Samples, middle_m: NDArray, limits_m: tuple) -> NDArray:
+    def _near(self, samples: Samples, middle_m: NDArray, limits_m: tuple[float, float]) -> NDArray:
         """Samples neither under the sphere nor too far off nor on the base, (c,) bool."""
         away, direction = samples.cell_m - middle_m, self.table.direction
         beside = np.linalg.norm(away - (away @ direction)[:, None] * direction, axis=1)

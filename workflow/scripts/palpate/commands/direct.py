@@ -77,7 +77,8 @@ def _check_options(options: argparse.Namespace) -> None:
     if options.config is not None and not options.config.is_file():
         raise ValueError(f"--config: expected a file, found nothing at {options.config}")
     if options.tables is not None and not options.tables.is_dir():
-        raise ValueError(f"--tables: expected a folder, found none at {options.tables}")
+        found = f"none at {options.tables} (make it, or leave --tables out)"
+        raise ValueError(f"--tables: expected a folder, found {found}")
     if options.nu is not None and not 0 <= options.nu <= LARGEST_RATIO:
         raise ValueError(f"--nu: expected from 0 to {LARGEST_RATIO:g}, found {options.nu:g}")
     if options.nu_std is not None and not 0 < options.nu_std < inf:
